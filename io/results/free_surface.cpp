@@ -25,8 +25,10 @@ GridValues<3> grid_around(const Frame& frame, double spacing) {
     low = low.cwiseMin(Vec<3>(&x[i]));
     high = high.cwiseMax(Vec<3>(&x[i]));
   }
-  GridValues<3> grid{
-      .low = low - Vec<3>::Constant(spacing), .spacing = spacing, .n = {}, .values = {}};
+  GridValues<3> grid{.low = low - Vec<3>::Constant(spacing),
+                     .spacing = Vec<3>::Constant(spacing),
+                     .n = {},
+                     .values = {}};
   double points = 1;
   for (int d = 0; d < 3; ++d) {
     const double n = std::floor((high[d] - low[d]) / spacing) + 4;  // a layer of zeros around all
@@ -45,7 +47,7 @@ GridValues<3> grid_around(const Frame& frame, double spacing) {
 
 /// Add the share of space that a particle fills.
 void add(GridValues<3>& grid, const Vec<3>& x, double volume) {
-  const Vec<3> at = (x - grid.low) / grid.spacing;
+  const Vec<3> at = (x - grid.low).cwiseQuotient(grid.spacing);
   Index first = 0, stride = 1;
   std::array<Index, 3> step;
   std::array<std::array<double, 2>, 3> weight;
@@ -58,7 +60,7 @@ void add(GridValues<3>& grid, const Vec<3>& x, double volume) {
     first += cell * stride;
     stride *= grid.n[d];
   }
-  const double share = volume / (grid.spacing * grid.spacing * grid.spacing);
+  const double share = volume / grid.spacing.prod();
   for (std::size_t c = 0; c < 8; ++c) {
     const std::size_t i = c & 1, j = c >> 1 & 1, k = c >> 2;
     const Index point = first + static_cast<Index>(i) * step[0] + static_cast<Index>(j) * step[1] +

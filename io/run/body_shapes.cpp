@@ -15,33 +15,46 @@ namespace lahar {
 
 namespace {
 
-/// Points of the grid on which distances are taken, about.
-template <int Dim>
-constexpr double grid_points = Dim == 2 ? 40'000 : 200'000;
+/// Parts of the grid along the shortest side, at least: what is thin is found, too.
+constexpr double least_parts = 6;
+/// Of the longest side: what overlaps the mesh by less only touches it.
+constexpr double least_overlap = 1e-6;
 
 }  // namespace
 
 template <int Dim>
-LevelSurface<Dim> surface_within(const Solid<Dim>& solid,
-                                 const std::pair<Vec<Dim>, Vec<Dim>>& box) {
+LevelSurface<Dim> surface_within(const Solid<Dim>& solid, const std::pair<Vec<Dim>, Vec<Dim>>& box,
+                                 double points) {
   const auto [solid_low, solid_high] = solid.bounds();
   const Vec<Dim> low = solid_low.cwiseMax(box.first), high = solid_high.cwiseMin(box.second);
   const Vec<Dim> size = high - low;
-  if (!(size.minCoeff() > 0)) return {};
-  const double spacing = std::max(std::pow(size.prod() / grid_points<Dim>, 1.0 / Dim),
-                                  size.maxCoeff() / (grid_points<Dim> / 100));
-  GridValues<Dim> grid{.low = low, .spacing = spacing, .n = {}, .values = {}};
+  if (!(size.minCoeff() > least_overlap * (box.second - box.first).maxCoeff())) return {};
+  const double usual = std::pow(size.prod() / points, 1.0 / Dim);
+  GridValues<Dim> grid{.low = low, .spacing = {}, .n = {}, .values = {}};
+  Vec<Dim> last = high;
   for (int d = 0; d < Dim; ++d) {
+    const double most = points / 100;
+    const double parts = std::clamp(std::ceil(size[d] / usual), least_parts, most);
+    grid.spacing[d] = size[d] / parts;
+    grid.n[static_cast<std::size_t>(d)] = static_cast<Index>(parts) + 1;
     // A layer around it, so that it is closed, but not beyond the box.
-    if (solid_low[d] > box.first[d]) grid.low[d] -= spacing;
-    const double end = solid_high[d] < box.second[d] ? high[d] + spacing : high[d];
-    grid.n[static_cast<std::size_t>(d)] =
-        static_cast<Index>(std::ceil((end - grid.low[d]) / spacing - 1e-9)) + 1;
+    if (solid_low[d] > box.first[d]) {
+      grid.low[d] -= grid.spacing[d];
+      ++grid.n[static_cast<std::size_t>(d)];
+    }
+    if (solid_high[d] < box.second[d]) {
+      last[d] += grid.spacing[d];
+      ++grid.n[static_cast<std::size_t>(d)];
+    }
   }
+  // Where a surface ends distances are infinite.
+  const double far = 2 * grid.spacing.maxCoeff();
   grid.values.resize(static_cast<std::size_t>(grid.size()));
-  for (Index point = 0; point < grid.size(); ++point)
+  for (Index point = 0; point < grid.size(); ++point) {
+    const Vec<Dim> x = grid.place(point).cwiseMin(last);  // not beyond it by rounding
     grid.values[static_cast<std::size_t>(point)] =
-        static_cast<float>(-solid.nearest(grid.place(point)).distance);
+        static_cast<float>(std::clamp(-solid.nearest(x).distance, -far, far));
+  }
   return level_surface<Dim>(grid, 0);
 }
 
@@ -53,12 +66,9 @@ std::filesystem::path body_file(const std::filesystem::path& run, std::size_t in
                                 const std::string& name) {
   constexpr std::size_t longest = 100;
   std::string stem = name.substr(0, longest);
-  bool changed = stem.empty() || stem.size() < name.size();
   for (char& c : stem)
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_')
-      c = '_', changed = true;
-  if (changed) stem += fmt::format("-{}", index);
-  return bodies_folder(run) / (stem + ".vtp");
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-') c = '_';
+  return bodies_folder(run) / fmt::format("{}-{}.vtp", index, stem);
 }
 
 void write_body_shapes(const std::filesystem::path& run, const std::vector<BodyShape>& shapes) {
@@ -97,7 +107,7 @@ std::vector<BodyShape> read_body_shapes(const std::filesystem::path& run) {
   return shapes;
 }
 
-template Lines surface_within<2>(const Solid<2>&, const std::pair<Vec<2>, Vec<2>>&);
-template Triangles surface_within<3>(const Solid<3>&, const std::pair<Vec<3>, Vec<3>>&);
+template Lines surface_within<2>(const Solid<2>&, const std::pair<Vec<2>, Vec<2>>&, double);
+template Triangles surface_within<3>(const Solid<3>&, const std::pair<Vec<3>, Vec<3>>&, double);
 
 }  // namespace lahar

@@ -1,4 +1,4 @@
-/// \file Surfaces of rigid bodies in a run folder: bodies/NAME.vtp.
+/// \file Surfaces of rigid bodies in a run folder: bodies/NUMBER-NAME.vtp.
 #pragma once
 
 #include <array>
@@ -20,10 +20,12 @@ struct BodyShape {
   std::variant<Lines, Triangles> surface;
 };
 
-/// The surface of a solid within a box [m], for pictures: some hundred pieces along its longest
-/// side. It is open where the solid leaves the box. Edges are rounded by the length of a piece.
+/// The surface of a solid within a box [m], for pictures, by distances at about so many points of a
+/// grid around it. It is open where the solid leaves the box, and where what it is made of ends.
+/// Edges are rounded, and details lost, by the distance of points.
 template <int Dim>
-LevelSurface<Dim> surface_within(const Solid<Dim>& solid, const std::pair<Vec<Dim>, Vec<Dim>>& box);
+LevelSurface<Dim> surface_within(const Solid<Dim>& solid, const std::pair<Vec<Dim>, Vec<Dim>>& box,
+                                 double points);
 
 std::filesystem::path bodies_folder(const std::filesystem::path& run);
 /// Where the shape of the body number `index` lies. Characters that file names should not have
@@ -37,7 +39,8 @@ void write_body_shapes(const std::filesystem::path& run, const std::vector<BodyS
 /// Throws IoError where a file is damaged.
 std::vector<BodyShape> read_body_shapes(const std::filesystem::path& run);
 
-extern template Lines surface_within<2>(const Solid<2>&, const std::pair<Vec<2>, Vec<2>>&);
-extern template Triangles surface_within<3>(const Solid<3>&, const std::pair<Vec<3>, Vec<3>>&);
+extern template Lines surface_within<2>(const Solid<2>&, const std::pair<Vec<2>, Vec<2>>&, double);
+extern template Triangles surface_within<3>(const Solid<3>&, const std::pair<Vec<3>, Vec<3>>&,
+                                            double);
 
 }  // namespace lahar

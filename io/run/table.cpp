@@ -10,11 +10,25 @@ namespace lahar {
 
 namespace {
 
+/// Of rigid_bodies.csv: names.
+constexpr std::string_view body_column = "body";
+
+/// Texts may be quoted, with two quotes for one.
 std::vector<std::string> cells_of(std::string_view line) {
   std::vector<std::string> cells;
   for (;;) {
+    std::string& cell = cells.emplace_back();
+    if (line.starts_with('"')) {
+      std::size_t k = 1;
+      for (; k < line.size(); ++k) {
+        if (line[k] == '"' && (k + 1 == line.size() || line[k + 1] != '"')) break;
+        if (line[k] == '"') ++k;
+        cell += line[k];
+      }
+      line.remove_prefix(std::min(k + 1, line.size()));
+    }
     const std::size_t comma = line.find(',');
-    cells.emplace_back(line.substr(0, comma));
+    cell += line.substr(0, comma);
     if (comma == line.npos) return cells;
     line.remove_prefix(comma + 1);
   }
@@ -61,8 +75,9 @@ Table table_in(std::string_view rest) {
       char* stop = nullptr;
       const double value = std::strtod(cells[c].c_str(), &stop);
       const bool number = !cells[c].empty() && *stop == '\0';
+      const bool name = column.name == body_column;  // which may be a number
       if (!number && !cells[c].empty()) column.texts.resize(column.values.size());
-      if (!number || !column.texts.empty()) column.texts.push_back(cells[c]);
+      if (!number || name || !column.texts.empty()) column.texts.push_back(cells[c]);
       column.values.push_back(number ? value : std::numeric_limits<double>::quiet_NaN());
     }
   }

@@ -41,6 +41,13 @@ void ScenarioBuilder<Dim>::build_rigid_bodies() {
   for (const JsonValue* entry : get_list(root_, "rigid_bodies")) {
     RigidBody<Dim> body;
     body.name = get_text(*entry, "name").value_or(std::to_string(model_.rigid_bodies.size()));
+    const auto is_same = [&](const RigidBody<Dim>& other) { return other.name == body.name; };
+    if (std::ranges::any_of(model_.rigid_bodies, is_same)) {
+      const JsonValue* name = entry->find("name");
+      in_.error(name ? *name : *entry,
+                fmt::format("two rigid bodies are named {}", json_quoted(body.name)),
+                "a body without a name has its number");
+    }
     const JsonValue* region = entry->find("region");
     if (region) {
       const Region<Dim> read = region_of(*region);

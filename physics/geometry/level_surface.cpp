@@ -99,7 +99,7 @@ Vec<Dim> GridValues<Dim>::place(Index point) const {
   Vec<Dim> x = low;
   for (int d = 0; d < Dim; ++d) {
     const Index along = n[static_cast<std::size_t>(d)];
-    x[d] += spacing * static_cast<double>(point % along);
+    x[d] += spacing[d] * static_cast<double>(point % along);
     point /= along;
   }
   return x;

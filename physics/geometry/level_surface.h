@@ -9,12 +9,12 @@
 
 namespace lahar {
 
-/// Values at the points of a grid of equal distances. Point (i,j,k) is value i + n[0] (j + n[1] k).
+/// Values at the points of a regular grid. Point (i,j,k) is value i + n[0] (j + n[1] k).
 template <int Dim>
 struct GridValues {
-  Vec<Dim> low = Vec<Dim>::Zero();  ///< [m] its first point
-  double spacing = 0;               ///< [m]
-  std::array<Index, Dim> n{};       ///< points along the axes
+  Vec<Dim> low = Vec<Dim>::Zero();      ///< [m] its first point
+  Vec<Dim> spacing = Vec<Dim>::Zero();  ///< [m] along the axes
+  std::array<Index, Dim> n{};           ///< points along the axes
   std::vector<float> values;
 
   Index size() const;

@@ -20,6 +20,16 @@ std::string text_of(const std::exception_ptr& exception) {
   return "";
 }
 
+/// With the message of the first rank that has one: the same texts are printed once.
+[[noreturn]] void throw_as_told(const std::exception_ptr& own, const std::string& message) {
+  try {
+    if (own) std::rethrow_exception(own);
+  } catch (const IoError&) {
+    throw IoError(message);
+  }
+  throw IoError(message);
+}
+
 }  // namespace
 
 void RunFailures::add(int patch, Failure failure) {
@@ -37,9 +47,8 @@ void RunFailures::throw_first(Step& step, const Communicator& ranks) {
   keep(of_poll_);
   if (!ranks.any(static_cast<bool>(of_output_))) return;
   std::string message = text_of(of_output_);
-  take_first_text(ranks, static_cast<bool>(of_output_), message);
-  if (of_output_) std::rethrow_exception(of_output_);
-  throw IoError(message);
+  if (ranks.several()) take_first_text(ranks, static_cast<bool>(of_output_), message);
+  throw_as_told(of_output_, message);
 }
 
 std::string RunFailures::first_message(Step step, const Communicator& ranks) const {

@@ -214,10 +214,13 @@ void OutputWriter::agree(Entry& entry) {
     changed_.wait(lock, [this] { return agreement_.done() || stopping_; });
     if (!agreement_.done()) throw IoError(ended_before);
   }
-  if (entry.failure) std::rethrow_exception(entry.failure);
+  if (entry.failure && !agreement_.ranks().several()) std::rethrow_exception(entry.failure);
   if (const auto rank = agreement_.failed_rank()) {
-    const std::vector<char> reason = values_of<char>(agreement_.of(*rank));
-    throw IoError(fmt::format("rank {}: {}", *rank, std::string(reason.begin(), reason.end())));
+    const std::vector<char> told = values_of<char>(agreement_.of(*rank));
+    const std::string reason(told.begin(), told.end()), file = entry.job->about().target.string();
+    throw IoError(reason.find(file) != reason.npos
+                      ? fmt::format("rank {}: {}", *rank, reason)
+                      : fmt::format("rank {}: cannot write {}: {}", *rank, file, reason));
   }
 }
 

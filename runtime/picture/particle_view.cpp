@@ -310,15 +310,25 @@ void ParticleView::draw(const std::array<Point, 3>& triangle, const ViewProjecti
 void ParticleView::draw(const Point& from, const Point& to) {
   const double columns = (to[0] - from[0]) / size_[0], rows = (to[1] - from[1]) / size_[1];
   const double x = (from[0] - low_[0]) / size_[0], y = (from[1] - low_[1]) / size_[1];
-  const double length = std::hypot(columns, rows);
-  if (!std::isfinite(length)) return;
-  // Of a line that leaves the picture only the part is drawn that may be in it.
-  const double most = 2.0 * (columns_ + rows_);
-  const int steps = static_cast<int>(std::ceil(2 * std::min(length, most)));
+  // Only the part that may be in the picture is drawn (Liang and Barsky 1984).
+  constexpr double half = 0.5 * line_width;
+  double begin = 0, end = 1;
+  const auto clip = [&](double at, double change, double most) {
+    for (const double border : {-half, most + half}) {
+      const double inside = border < 0 ? at - border : border - at;
+      const double inwards = border < 0 ? change : -change;
+      if (inwards == 0 && inside < 0) end = -1;
+      if (inwards > 0) begin = std::max(begin, -inside / inwards);
+      if (inwards < 0) end = std::min(end, inside / -inwards);
+    }
+  };
+  clip(x, columns, columns_);
+  clip(y, rows, rows_);
+  if (!(begin <= end)) return;
+  const int steps = static_cast<int>(std::ceil(2 * (end - begin) * std::hypot(columns, rows)));
   for (int k = 0; k <= steps; ++k) {
-    const double share = steps > 0 ? static_cast<double>(k) / steps : 0;
-    const double u = x + share * columns, v = y + share * rows, half = 0.5 * line_width;
-    if (!(u > -half && v > -half && u < columns_ + half && v < rows_ + half)) continue;
+    const double share = steps > 0 ? begin + (end - begin) * k / steps : begin;
+    const double u = x + share * columns, v = y + share * rows;
     for (int j = std::max(0, static_cast<int>(std::ceil(v - half - 0.5)));
          j <= std::min(rows_ - 1, static_cast<int>(std::floor(v + half - 0.5))); ++j)
       for (int i = std::max(0, static_cast<int>(std::ceil(u - half - 0.5)));

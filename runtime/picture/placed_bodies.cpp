@@ -1,7 +1,5 @@
 #include "runtime/picture/placed_bodies.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 
@@ -19,18 +17,19 @@ PlacedBodies::PlacedBodies(const std::filesystem::path& run) : shapes_(read_body
   const std::vector<double> time = values("time");
   const std::array<std::vector<double>, 3> place{values("x"), values("y"), values("z")},
       rotation{values("rotation_x"), values("rotation_y"), values("rotation_z")};
-  const auto is_row_of = [&](std::size_t i, const std::string& name) {
-    if (!body) return false;
-    return body->texts.empty() ? fmt::format("{:g}", body->values[i]) == name
-                               : body->texts[i] == name;
-  };
   for (std::size_t i = 0; i < table.rows(); ++i)
     for (std::size_t k = 0; k < shapes_.size(); ++k) {
-      if (!is_row_of(i, shapes_[k].name)) continue;
+      if (!body || body->texts[i] != shapes_[k].name) continue;
       rows_[k].push_back({.time = time[i],
                           .place = {place[0][i], place[1][i], place[2][i]},
                           .rotation = {rotation[0][i], rotation[1][i], rotation[2][i]}});
     }
+}
+
+std::optional<std::size_t> PlacedBodies::find(const std::string& name) const {
+  const auto found = std::ranges::find(shapes_, name, &BodyShape::name);
+  if (found == shapes_.end()) return {};
+  return static_cast<std::size_t>(found - shapes_.begin());
 }
 
 BodyPose PlacedBodies::pose(std::size_t body, double time) const {

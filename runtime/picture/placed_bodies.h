@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,7 @@ class PlacedBodies {
   explicit PlacedBodies(const std::filesystem::path& run);
 
   const std::vector<BodyShape>& shapes() const { return shapes_; }
+  std::optional<std::size_t> find(const std::string& name) const;
   /// Between two rows of rigid_bodies.csv a body moves and turns evenly.
   BodyPose pose(std::size_t body, double time) const;
   std::vector<PlacedBody> at(double time) const;

@@ -152,7 +152,9 @@ class Pictures {
 /// A map of a run, as its manifest names them.
 void draw_map(const PictureArguments& arguments) {
   const RunResults run = read_run(arguments.run);
-  const std::vector<RunMap>& maps = run.last().maps;
+  std::vector<RunMap> maps;  // of the last stage first
+  for (auto part = run.parts.rbegin(); part != run.parts.rend(); ++part)
+    maps.insert(maps.end(), part->maps.begin(), part->maps.end());
   const auto found =
       std::ranges::find_if(maps, [&](const RunMap& map) { return map.name == arguments.map; });
   if (found == maps.end()) {
@@ -167,6 +169,9 @@ void draw_map(const PictureArguments& arguments) {
   }
   fs::path file = arguments.output;
   if (const std::string end = file.extension().string(); end != ".png" && end != ".svg") {
+    if (!end.empty() && !fs::is_directory(file))
+      throw InputError({Problem{.message = fmt::format("cannot write a map to {}", file.string()),
+                                .hint = "pictures of maps are .png or .svg files"}});
     if (file.empty()) file = fs::path(arguments.run) / "pictures";
     make_folder(file);
     file /= arguments.map + ".png";
@@ -207,7 +212,7 @@ Action add_picture(CLI::App& command) {
   command
       .add_option("--map", arguments->map,
                   "A map of the run in place of a frame: max_thickness, ...")
-      ->excludes("--field");
+      ->excludes("--field");  // and others, below
   command.add_option("--step", arguments->step, "Step number, last (default) or all")
       ->check(step_or({"all", "last"}));
   command.add_option("--view", arguments->view,
@@ -223,6 +228,8 @@ Action add_picture(CLI::App& command) {
       ->capture_default_str();
   command.add_option("--output,-o", arguments->output,
                      "File (.png, .svg, .mp4) or folder to write (default: RUN/pictures)");
+  for (const char* of_frames : {"--step", "--view", "--film", "--rate"})
+    command.get_option("--map")->excludes(of_frames);
   return [arguments](const Words&) {
     refuse_several_ranks("picture");
     return picture_command(*arguments);

@@ -71,12 +71,15 @@ ModelOutline outline_of(const AnyModel& any) {
 std::vector<BodyShape> shapes_of_bodies(const AnyModel& any) {
   return std::visit(
       []<int Dim>(const Model<Dim>& model) {
+        constexpr double all = Dim == 2 ? 100'000 : 400'000, most = all / 2, least = all / 40;
+        const double points =
+            std::clamp(all / static_cast<double>(model.rigid_bodies.size()), least, most);
         std::vector<BodyShape> shapes;
         for (const RigidBody<Dim>& body : model.rigid_bodies) {
           BodyShape& shape = shapes.emplace_back();
           shape.name = body.name;
           std::copy_n(body.centre.data(), Dim, shape.centre.begin());
-          shape.surface = surface_within<Dim>(*body.solid, model.mesh->bounds());
+          shape.surface = surface_within<Dim>(*body.solid, model.mesh->bounds(), points);
         }
         return shapes;
       },

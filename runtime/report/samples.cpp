@@ -114,9 +114,10 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
                     .places = {},
                     .values = {},
                     .poses = {}};
-    for (std::size_t k = 0; k < std::min(samples.bodies.size(), at.part->shapes.shapes().size());
-         ++k)
-      to.poses.push_back(at.part->shapes.pose(k, frame.time));
+    for (const BodyShape& body : samples.bodies) {
+      const auto k = at.part->shapes.find(body.name);
+      to.poses.push_back(k ? std::optional(at.part->shapes.pose(*k, frame.time)) : std::nullopt);
+    }
     const auto dim = static_cast<std::size_t>(frame.dim);
     for (const std::size_t p : list)
       for (std::size_t d = 0; d < 3; ++d)
@@ -205,7 +206,8 @@ std::string json_of(const RunSamples& samples, const Bounds& bounds,
       values.push_back(base64(bytes));
     }
     json poses = json::array();
-    for (const BodyPose& pose : frame.poses) poses.push_back(json_of(pose, bounds));
+    for (const auto& pose : frame.poses)
+      poses.push_back(pose ? json_of(*pose, bounds) : json(nullptr));
     page["frames"].push_back({{"step", frame.step},
                               {"time", frame.time},
                               {"stage", frame.stage},

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,9 +29,9 @@ struct SampledFrame {
   Index step = 0;
   double time = 0;  ///< [s] of all stages
   std::string stage;
-  std::vector<float> places;               ///< [m] three per particle
-  std::vector<std::vector<float>> values;  ///< of each field
-  std::vector<BodyPose> poses;             ///< of each rigid body
+  std::vector<float> places;                   ///< [m] three per particle
+  std::vector<std::vector<float>> values;      ///< of each field
+  std::vector<std::optional<BodyPose>> poses;  ///< of each rigid body that is there
 };
 
 struct RunSamples {

@@ -87,6 +87,15 @@ def chute(folder):
     return figure if found else None
 
 
+def structure(folder):
+    figure, axes = plt.subplots(figsize=(6, 4))
+    found = draw(folder, axes, "structure-force")
+    rows = table(DATA / "structure-force.csv")
+    axes.plot(rows[:, 0], rows[:, 1], "k.", label="Yeh and Petroff")
+    axes.set(xlabel="t [s]", ylabel="force on the structure [N]")
+    return figure if found else None
+
+
 def columns(folder):
     cases = ["sand-column-1", "sand-column-2", "sand-column-4", "sand-cylinder"]
     figure, all_axes = plt.subplots(len(cases), 1, figsize=(7, 9))
@@ -106,7 +115,7 @@ def main():
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     drawn = 0
-    for make in (rods, front, building, chute, columns):
+    for make in (rods, front, building, structure, chute, columns):
         figure = make(options.curves)
         if figure is None:
             continue

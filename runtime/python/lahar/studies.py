@@ -103,7 +103,8 @@ def study(folder: PathLike, scenario: Scenario, parameters: Parameters, *, worke
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    entries = [_entry(folder, scenario, values) for values in combinations(parameters)]
+    made = {file.stem[-16:]: file.stem for file in folder.glob("*.json")}
+    entries = [_entry(folder, scenario, values, made) for values in combinations(parameters)]
     index = {"lahar_study": 1, "runs": entries}
     partial = folder / f"study.json.{os.getpid()}"
     partial.write_text(json.dumps(index, indent=1), encoding="utf-8")
@@ -122,7 +123,7 @@ def combinations(parameters: Parameters) -> list[dict[str, Any]]:
     return [dict(zip(parameters, values)) for values in itertools.product(*parameters.values())]
 
 
-def _entry(folder: Path, scenario: Scenario, values: dict[str, Any]) -> dict[str, Any]:
+def _entry(folder: Path, scenario: Scenario, values: dict[str, Any], made: Mapping[str, str]) -> dict[str, Any]:
     """Writes the scenario of a run, under a name that follows from all its values."""
     changed = scenario.changed(values)
     case = {"scenario": json.loads(changed.to_json()), "folder": str(changed.folder.resolve()),
@@ -130,8 +131,7 @@ def _entry(folder: Path, scenario: Scenario, values: dict[str, Any]) -> dict[str
     number = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:16]
     plain = json.loads(Scenario({"values": values}).to_json())["values"]
     # A run that was made for other parameters keeps its name.
-    made = sorted(file.stem for file in folder.glob(f"*{number}.json"))
-    key = made[0] if made else f"{_words(plain)}{number}"
+    key = made.get(number, f"{_words(plain)}{number}")
     (folder / f"{key}.json").write_text(json.dumps(case, indent=1), encoding="utf-8")
     return {"key": key, "parameters": plain}
 

@@ -134,6 +134,7 @@ class ParticleView {
       uniforms: { around: { value: new THREE.Vector3(...this.half.map((half) => half + around)) },
                   lit: { value: flat ? 0 : 1 } },
     });
+    this.withBodies = true;
     this.bodies = this.run.bodies.map((body) => {
       const shape = new THREE.BufferGeometry();
       shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytesOf(body.points).buffer), 3));
@@ -148,12 +149,15 @@ class ParticleView {
   placeBodies() {
     const s = 1 / this.largest;
     this.run.frames[this.frame].poses.forEach((rows, k) => {
+      this.bodies[k].visible = this.withBodies && rows !== null;
+      if (rows === null) return;
       this.bodies[k].matrix.set(...rows.map((value) => value * s), 0, 0, 0, 1);
       this.bodies[k].matrixWorldNeedsUpdate = true;
     });
   }
   showBodies(yes) {
-    for (const body of this.bodies) body.visible = yes;
+    this.withBodies = yes;
+    this.placeBodies();
     this.draw();
   }
   makeBox() {

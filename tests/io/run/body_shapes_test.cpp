@@ -20,6 +20,12 @@ namespace {
 
 const std::pair<Vec<3>, Vec<3>> unit_box{Vec<3>::Zero(), Vec<3>::Ones()};
 
+/// What lies below a level raster that ends at x = `end`.
+SolidPtr<3> ground_until(double end) {
+  const Surface<3>::Axes axes{std::vector<double>{0, end / 2, end}, std::vector<double>{0, 1}};
+  return below<3>(std::make_shared<const Surface<3>>(axes, std::vector<float>(6, 0.3F)));
+}
+
 void write_run(const fs::path& run, const std::vector<BodyShape>& shapes, int dim) {
   RunInfo info;
   info.dim = dim;
@@ -32,24 +38,51 @@ void write_run(const fs::path& run, const std::vector<BodyShape>& shapes, int di
 
 TEST_CASE("the surface of a body is closed in the mesh and open where it leaves it") {
   const SolidPtr<3> inside = ball<3>({0.5, 0.5, 0.5}, 0.02);
-  const Triangles small = surface_within<3>(*inside, unit_box);
+  const Triangles small = surface_within<3>(*inside, unit_box, 100'000);
   CHECK(edges_of(small).open.count == 0);
   CHECK(enclosed_volume(small) == doctest::Approx(4.0 / 3 * std::numbers::pi * 8e-6).epsilon(0.01));
   const SolidPtr<3> ground = half_space<3>({0, 0, 0.3}, Vec<3>::UnitZ());
-  const Triangles plane = surface_within<3>(*ground, unit_box);
+  const Triangles plane = surface_within<3>(*ground, unit_box, 100'000);
   double area = 0;
   for (Index t = 0; t < static_cast<Index>(plane.corners.size()); ++t)
     area += 0.5 * plane.area_vector(t)[2];
   CHECK(area == doctest::Approx(1).epsilon(0.03));
   for (const Vec<3>& x : plane.points) CHECK(x[2] == doctest::Approx(0.3).epsilon(1e-5));
   const SolidPtr<3> away = ball<3>({3, 3, 3}, 0.5);
-  CHECK(surface_within<3>(*away, unit_box).corners.empty());
+  CHECK(surface_within<3>(*away, unit_box, 100'000).corners.empty());
+}
+
+TEST_CASE(
+    "the surface of a thin body is found, and of one that only touches the mesh there is none") {
+  const SolidPtr<3> plate = box<3>({0.1, 0.1, 0.5}, {0.9, 0.9, 0.501});
+  const Triangles surface = surface_within<3>(*plate, unit_box, 100'000);
+  CHECK(edges_of(surface).open.count == 0);
+  CHECK(enclosed_volume(surface) == doctest::Approx(0.8 * 0.8 * 0.001).epsilon(0.05));
+  const SolidPtr<3> beside = box<3>({-1, -1, -1}, {1e-16, 2, 2});
+  CHECK(surface_within<3>(*beside, unit_box, 100'000).corners.empty());
+}
+
+TEST_CASE("terrain is open at its ends and those of the mesh, and has no walls there") {
+  for (const double end : {0.7, 1.0, 1.5}) {  // before, at, and beyond the end of the mesh
+    CAPTURE(end);
+    const SolidPtr<3> ground = ground_until(end);
+    const Triangles surface = surface_within<3>(*ground, unit_box, 100'000);
+    double area = 0;
+    for (Index t = 0; t < static_cast<Index>(surface.corners.size()); ++t) {
+      const Vec<3> normal = surface.area_vector(t).normalized();
+      const Vec<3> at = surface.centre(t);
+      if (at[0] < std::min(end, 1.0) - 0.05) CHECK(normal[2] > 0.99);
+      area += 0.5 * surface.area_vector(t)[2];
+    }
+    CHECK(area == doctest::Approx(std::min(end, 1.0)).epsilon(0.05));
+    for (const Vec<3>& x : surface.points) CHECK(x.allFinite());
+  }
 }
 
 TEST_CASE("shapes come back from a run folder as they were, whatever their names are") {
   const TemporaryFolder folder;
   const SolidPtr<3> solid = ball<3>({0.5, 0.5, 0.5}, 0.2);
-  const Triangles surface = surface_within<3>(*solid, unit_box);
+  const Triangles surface = surface_within<3>(*solid, unit_box, 100'000);
   const std::vector<BodyShape> shapes{{"../\"a\" b", {1, 2, 3}, surface},
                                       {std::string(300, 'x'), {}, surface}};
   write_run(folder.path, shapes, 3);
@@ -60,11 +93,11 @@ TEST_CASE("shapes come back from a run folder as they were, whatever their names
   const auto& read = std::get<Triangles>(found[0].surface);
   CHECK(read.corners == surface.corners);
   CHECK(read.points == surface.points);
-  CHECK(fs::exists(folder.path / "bodies" / "____a__b-0.vtp"));
+  CHECK(fs::exists(folder.path / "bodies" / "0-____a__b.vtp"));
 
   const TemporaryFolder flat;
   const SolidPtr<2> disc = ball<2>({0.5, 0.5}, 0.2);
-  const Lines lines = surface_within<2>(*disc, {Vec<2>::Zero(), Vec<2>::Ones()});
+  const Lines lines = surface_within<2>(*disc, {Vec<2>::Zero(), Vec<2>::Ones()}, 10'000);
   write_run(flat.path, {{"disc", {}, lines}}, 2);
   CHECK(std::get<Lines>(read_body_shapes(flat.path)[0].surface).points == lines.points);
 }
@@ -74,8 +107,8 @@ TEST_CASE(
   const TemporaryFolder folder;
   CHECK(read_body_shapes(folder.path).empty());
   const SolidPtr<3> solid = ball<3>({0.5, 0.5, 0.5}, 0.2);
-  write_run(folder.path, {{"a", {}, surface_within<3>(*solid, unit_box)}}, 3);
-  const fs::path file = folder.path / "bodies" / "a.vtp";
+  write_run(folder.path, {{"a", {}, surface_within<3>(*solid, unit_box, 100'000)}}, 3);
+  const fs::path file = folder.path / "bodies" / "0-a.vtp";
   const std::string whole = read_text_file(file);
   for (const std::string& text :
        {whole.substr(0, whole.size() / 2), std::string("<VTKFile>"), std::string()}) {

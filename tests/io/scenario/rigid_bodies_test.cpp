@@ -50,6 +50,14 @@ const std::string round_body = R"("region": {"sphere": {"centre": [3, 3], "radiu
 
 }  // namespace
 
+TEST_CASE("rigid bodies of one name are refused, also where one has its number for a name") {
+  for (const char* first : {R"("name": "a", )", R"("name": "1", )"}) {
+    const std::string other = std::string(first) == R"("name": "1", )" ? "" : first;
+    CHECK(refusal("{" + std::string(first) + round_body + "}, {" + other + round_body + "}")
+              .find("two rigid bodies are named") != std::string::npos);
+  }
+}
+
 TEST_CASE("rigid bodies: what moves how, and of what shape") {
   const Model<2> model = model_of(R"(
     {"region": {"below": "bed"}, "friction": 0.4, "cohesion": 100},

@@ -13,8 +13,10 @@ namespace {
 /// Depths below the surface of a ball, on a grid around it.
 template <int Dim>
 GridValues<Dim> ball(double radius, double spacing) {
-  GridValues<Dim> grid{
-      .low = Vec<Dim>::Constant(-radius - 2 * spacing), .spacing = spacing, .n = {}, .values = {}};
+  GridValues<Dim> grid{.low = Vec<Dim>::Constant(-radius - 2 * spacing),
+                       .spacing = Vec<Dim>::Constant(spacing),
+                       .n = {},
+                       .values = {}};
   grid.n.fill(static_cast<Index>(2 * (radius / spacing + 2)) + 2);
   for (Index point = 0; point < grid.size(); ++point)
     grid.values.push_back(static_cast<float>(radius - grid.place(point).norm()));
@@ -58,7 +60,8 @@ TEST_CASE("the surface of a ball is closed and encloses its volume") {
 }
 
 TEST_CASE("a surface that leaves the grid ends there") {
-  GridValues<3> grid{.low = Vec<3>::Zero(), .spacing = 0.5, .n = {3, 4, 5}, .values = {}};
+  GridValues<3> grid{
+      .low = Vec<3>::Zero(), .spacing = {0.5, 0.5, 0.5}, .n = {3, 4, 5}, .values = {}};
   for (Index point = 0; point < grid.size(); ++point)
     grid.values.push_back(static_cast<float>(0.8 - grid.place(point)[2]));
   const Triangles plane = level_surface(grid, 0);

@@ -19,7 +19,7 @@ namespace {
 HistoryRow row_at(double time, double place, double angle) {
   HistoryRow row;
   row.time = time;
-  for (const char* name : {"0", "1"})
+  for (const char* name : {"0", "a, \"b\""})
     row.bodies.push_back({.name = name, .place = {place, 0, 0}, .rotation = {0, 0, angle}});
   return row;
 }
@@ -32,7 +32,7 @@ TEST_CASE(
   RunInfo info;
   info.dim = 2;
   const Lines line{.points = {{1, 0}, {2, 0}}, .corners = {{0, 1}}};
-  info.bodies = {{"0", {1, 0, 0}, line}, {"1", {1, 0, 0}, line}};
+  info.bodies = {{"0", {1, 0, 0}, line}, {"a, \"b\"", {1, 0, 0}, line}};
   write_text_file(folder.path / "manifest.json", Manifest(info).text());
   write_body_shapes(folder.path, info.bodies);
   const auto ends_at = [&](double time) { return PlacedBodies(folder.path).at(time)[1].points; };
