@@ -106,10 +106,16 @@ def run_block(script, status, folder, env):
     return done.stdout
 
 
+def stored_size(picture):
+    """Of a picture as it is stored: large ones are made smaller."""
+    scale = min(1, LARGEST_WIDTH / picture.width, LARGEST_HEIGHT / picture.height)
+    return round(picture.width * scale), round(picture.height * scale)
+
+
 def tiles(path):
     from PIL import Image
     with Image.open(path) as picture:
-        return picture.size, list(picture.convert("RGB").resize((TILES, TILES), Image.BOX).getdata())
+        return stored_size(picture), list(picture.convert("RGB").resize((TILES, TILES), Image.BOX).getdata())
 
 
 def check_picture(made, stored):
@@ -128,9 +134,7 @@ def check_picture(made, stored):
 def store_picture(made, stored):
     from PIL import Image
     with Image.open(made) as picture:
-        scale = min(1, LARGEST_WIDTH / picture.width, LARGEST_HEIGHT / picture.height)
-        small = picture.convert("RGB").resize((round(picture.width * scale), round(picture.height * scale)),
-                                              Image.LANCZOS)
+        small = picture.convert("RGB").resize(stored_size(picture), Image.LANCZOS)
         for colours in (128, 64, 32, 16):
             small.quantize(colours, dither=Image.Dither.NONE).save(stored, optimize=True)
             if stored.stat().st_size < LARGEST_PICTURE:
