@@ -36,7 +36,7 @@ TOLERANCE = 0.02  # other vector widths round otherwise, and flows of grains fee
 LAST_DIGITS = 2
 # Pictures are compared by the means of tiles: text and single particles may differ.
 TILES, COLOUR_TOLERANCE = 12, 12  # per side; of 255
-LARGEST_PICTURE = 60_000  # bytes
+LARGEST_PICTURE = 150_000  # bytes
 LARGEST_WIDTH, LARGEST_HEIGHT = 900, 640
 
 
