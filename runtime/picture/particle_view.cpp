@@ -310,7 +310,7 @@ void ParticleView::draw(const std::array<Point, 3>& triangle, const ViewProjecti
 void ParticleView::draw(const Point& from, const Point& to) {
   const double columns = (to[0] - from[0]) / size_[0], rows = (to[1] - from[1]) / size_[1];
   const double x = (from[0] - low_[0]) / size_[0], y = (from[1] - low_[1]) / size_[1];
-  // Only the part that may be in the picture is drawn (Liang and Barsky 1984).
+  // Only the part that may be in the picture is drawn.
   constexpr double half = 0.5 * line_width;
   double begin = 0, end = 1;
   const auto clip = [&](double at, double change, double most) {

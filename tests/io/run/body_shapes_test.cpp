@@ -69,6 +69,7 @@ TEST_CASE("terrain is open at its ends and those of the mesh, and has no walls t
     const Triangles surface = surface_within<3>(*ground, unit_box, 100'000);
     double area = 0;
     for (Index t = 0; t < static_cast<Index>(surface.corners.size()); ++t) {
+      if (surface.area_vector(t).norm() < 1e-12) continue;  // through a point of the grid
       const Vec<3> normal = surface.area_vector(t).normalized();
       const Vec<3> at = surface.centre(t);
       if (at[0] < std::min(end, 1.0) - 0.05) CHECK(normal[2] > 0.99);
