@@ -184,11 +184,11 @@ std::string CaseRun::tell_rest(const RestState& rest, Index step) {
   }
   std::string wanted = fmt::format("imbalance {:.3g}", until.imbalance);
   if (rest.kinetic >= 0) wanted += fmt::format(" and kinetic_energy {:.3g}", until.kinetic);
-  warn(
-      fmt::format("the run has ended before it came to rest: {}, while analysis.until has {}. Let "
-                  "it take longer, damp it (analysis.damping), or allow more: loose grains without "
-                  "cohesion at a surface never rest altogether.",
-                  rest.imbalance < 0 ? "no test was due yet" : describe_rest(rest), wanted));
+  warn(fmt::format(
+      "the run has ended before it came to rest: {}, while analysis.until has {}. Let "
+      "it take longer, damp it (analysis.damping), or allow more: grains that have come "
+      "loose go on moving for long.",
+      rest.imbalance < 0 ? "no test was due yet" : describe_rest(rest), wanted));
   return "";
 }
 
