@@ -409,7 +409,10 @@ class RandomPaths {
       }
       for (std::size_t k = 0; k < states; ++k) old[k] = q[k][lane], now[k] = state[k][lane];
       about += M * strain + strength_of(law);
-      const double share = beyond(law, s, old, now) / (about > 0 ? about : 1e-300);
+      double above = beyond(law, s, old, now);
+      // In parts, each has the strength that the one before left.
+      if (failures.divided >> lane & 1) above = std::min(above, beyond(law, s, now, now));
+      const double share = above / (about > 0 ? about : 1e-300);
       for (std::size_t k = 0; k < LawType::state.size(); ++k)
         if (LawType::state[k].name == "pdstrain" && now[k] < old[k]) {
           ++found_.unhardened;
