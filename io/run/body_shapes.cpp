@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
+#include <numeric>
 
 #include "io/base/atomic_file.h"
 #include "io/frames/surface_files.h"
@@ -17,8 +19,27 @@ namespace {
 
 /// Parts of the grid along the shortest side, at least: what is thin is found, too.
 constexpr double least_parts = 6;
-/// Of the longest side: what overlaps the mesh by less only touches it.
+/// What overlaps the mesh by a smaller share of its longest side only touches it.
 constexpr double least_overlap = 1e-6;
+
+/// Into how many parts sides are cut for about so many points: equal parts, as far as short sides
+/// get enough of them.
+template <int Dim>
+Vec<Dim> parts_of(const Vec<Dim>& size, double points) {
+  std::array<int, Dim> axes;
+  std::iota(axes.begin(), axes.end(), 0);
+  std::ranges::sort(axes, {}, [&](int d) { return size[d]; });
+  Vec<Dim> parts;
+  double volume = size.prod();
+  int left = Dim;
+  for (const int d : axes) {
+    const double length = std::pow(volume / points, 1.0 / left--);
+    parts[d] = std::max(least_parts, std::ceil(size[d] / length));
+    volume /= size[d];
+    points /= parts[d];
+  }
+  return parts;
+}
 
 }  // namespace
 
@@ -29,14 +50,11 @@ LevelSurface<Dim> surface_within(const Solid<Dim>& solid, const std::pair<Vec<Di
   const Vec<Dim> low = solid_low.cwiseMax(box.first), high = solid_high.cwiseMin(box.second);
   const Vec<Dim> size = high - low;
   if (!(size.minCoeff() > least_overlap * (box.second - box.first).maxCoeff())) return {};
-  const double usual = std::pow(size.prod() / points, 1.0 / Dim);
-  GridValues<Dim> grid{.low = low, .spacing = {}, .n = {}, .values = {}};
+  const Vec<Dim> parts = parts_of<Dim>(size, points);
+  GridValues<Dim> grid{.low = low, .spacing = size.cwiseQuotient(parts), .n = {}, .values = {}};
   Vec<Dim> last = high;
   for (int d = 0; d < Dim; ++d) {
-    const double most = points / 100;
-    const double parts = std::clamp(std::ceil(size[d] / usual), least_parts, most);
-    grid.spacing[d] = size[d] / parts;
-    grid.n[static_cast<std::size_t>(d)] = static_cast<Index>(parts) + 1;
+    grid.n[static_cast<std::size_t>(d)] = static_cast<Index>(parts[d]) + 1;
     // A layer around it, so that it is closed, but not beyond the box.
     if (solid_low[d] > box.first[d]) {
       grid.low[d] -= grid.spacing[d];
