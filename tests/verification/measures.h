@@ -42,6 +42,14 @@ struct Curve {
         return x[i - 1] + (value - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]);
     return x.back();
   }
+  /// Mean between two x.
+  double mean(double from, double to) const {
+    constexpr int parts = 200;
+    double sum = 0;
+    for (int i = 0; i <= parts; ++i)
+      sum += (i == 0 || i == parts ? 0.5 : 1.0) * at(from + (to - from) * i / parts);
+    return sum / parts;
+  }
   /// The last x at which the curve falls below `value`, linear between points; x of the last point
   /// if it ends above.
   double last_above(double value) const {

@@ -45,15 +45,6 @@ double arrival(const Curve& depth) {
   return depth.first_reach(arrived);
 }
 
-/// Mean of a curve between two times.
-double mean_between(const Curve& c, double from, double to) {
-  constexpr int parts = 50;
-  double sum = 0;
-  for (int i = 0; i <= parts; ++i)
-    sum += (i == 0 || i == parts ? 0.5 : 1.0) * c.at(from + (to - from) * i / parts);
-  return sum / parts;
-}
-
 Numbers flood(const Resolution& at) {
   Simulation simulation(world_case<3>("building.json", at));
   std::array<Curve, gauges.size()> depth;
@@ -71,12 +62,12 @@ Numbers flood(const Resolution& at) {
     const std::string name = gauges[i].name;
     keep_curve("building-" + name, at, depth[i]);
     if (name == "G6") {
-      n["depth left at G6 after 2 s"] = mean_between(depth[i], 1.9, 2.1);
+      n["depth left at G6 after 2 s"] = depth[i].mean(1.9, 2.1);
     } else {
       n["arrival at " + name] = arrival(depth[i]);
     }
-    if (name == "G1") n["depth of the bore at G1"] = mean_between(depth[i], 2.1, 2.2);
-    if (name == "G2") n["depth behind the front at G2"] = mean_between(depth[i], 1.0, 1.4);
+    if (name == "G1") n["depth of the bore at G1"] = depth[i].mean(2.1, 2.2);
+    if (name == "G2") n["depth behind the front at G2"] = depth[i].mean(1.0, 1.4);
   }
   for (const char* later : {"G1", "G3", "G4"})
     n[fmt::format("from G2 to {}", later)] =
@@ -98,9 +89,9 @@ TEST_CASE("a dam break arrives around a building when Soares-Frazao and Zech mea
   for (const WallGauge& gauge : {gauges[0], gauges[2], gauges[3]})
     study.agrees(fmt::format("from G2 to {}", gauge.name),
                  arrival(measured(gauge)) - arrival(measured(gauges[1])), 0.2);
-  study.agrees("depth left at G6 after 2 s", mean_between(measured(gauges[4]), 1.9, 2.1), 0.05);
-  study.agrees("depth behind the front at G2", mean_between(measured(gauges[1]), 1.0, 1.4), 0.25);
-  study.agrees("depth of the bore at G1", mean_between(measured(gauges[0]), 2.1, 2.2), 0.3);
+  study.agrees("depth left at G6 after 2 s", measured(gauges[4]).mean(1.9, 2.1), 0.05);
+  study.agrees("depth behind the front at G2", measured(gauges[1]).mean(1.0, 1.4), 0.25);
+  study.agrees("depth of the bore at G1", measured(gauges[0]).mean(2.1, 2.2), 0.3);
   study.stays_below("lost share", 0);
   for (const WallGauge& gauge : gauges)
     if (gauge.column != 6) study.converges(fmt::format("arrival at {}", gauge.name));

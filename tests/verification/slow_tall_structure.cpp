@@ -17,26 +17,17 @@ namespace {
 /// Forces are means over so many seconds: points of the experiment are as far apart as that [s].
 constexpr double window = 0.02;
 
-/// Mean of a curve between two times.
-double mean_of(const Curve& c, double from, double to) {
-  constexpr int parts = 200;
-  double sum = 0;
-  for (int i = 0; i <= parts; ++i)
-    sum += (i == 0 || i == parts ? 0.5 : 1.0) * c.at(from + (to - from) * i / parts);
-  return sum / parts;
-}
-
 /// Numbers of a force [N] over time [s].
 Numbers numbers_of(const Curve& force) {
   Curve mean;
   for (double t = force.x.front() + window / 2; t < force.x.back() - window / 2; t += window / 10)
-    mean.add(t, mean_of(force, t - window / 2, t + window / 2));
+    mean.add(t, force.mean(t - window / 2, t + window / 2));
   const double largest = *std::ranges::max_element(mean.y);
   const double begin = mean.first_reach(largest / 2);
   return {{"time of half of the largest force", begin},
           {"largest force", largest},
-          {"force after 0.15 to 0.35 s", mean_of(force, begin + 0.15, begin + 0.35)},
-          {"impulse of 0.8 s", 0.8 * mean_of(force, begin, begin + 0.8)}};
+          {"force after 0.15 to 0.35 s", force.mean(begin + 0.15, begin + 0.35)},
+          {"impulse of 0.8 s", 0.8 * force.mean(begin, begin + 0.8)}};
 }
 
 Numbers impact(const Resolution& at) {
