@@ -154,8 +154,8 @@ struct Hexahedron<3, Real> {
   /// S of the nearer and of the further of two corners at a Gauss point, (1 +- 1/sqrt(3)) / 2.
   static constexpr double near = 0.78867513459481288225, far = 0.21132486540518711775;
 
-  /// From corners to Gauss points along an axis, or, of integrals, from Gauss points to corners.
-  /// Those on the plus side of the axis `without` are left, of which `at` does not depend.
+  /// Takes values from corners to Gauss points along an axis, or integrals from Gauss points to
+  /// corners. Where `at` does not depend on the axis `without`, its plus side is left as it is.
   LAHAR_INLINE static void sweep(Real (&at)[vectors], int k, int without = 3) {
     LAHAR_UNROLL
     for (int c = 0; c < vectors; ++c) {

@@ -113,7 +113,7 @@ struct Parts {
   bool L = false, corners = false;
 };
 
-/// Of the n particles from p on; `first` is the first node of their cell.
+/// Finds the fields at the n particles from p on. `first` is the first node of their cell.
 template <Parts parts, int Dim, class Real, class Basis>
 LAHAR_INLINE void find_fields(const Basis& basis, Local p, Local n, const double* first,
                               DomainFields<Dim, Real>& fields) {

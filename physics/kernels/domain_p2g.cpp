@@ -130,7 +130,7 @@ template <int Dim, class Real, class Basis, class Stress>
 LAHAR_INLINE void domain_force(const Basis& basis, const Stress& stress, const ParticleBin& bin,
                                const Local* nodes, double* sums, PairSums<Dim>& pairs) {
   using Domain = typename Basis::template DomainOf<Real>;
-  // Of a parallelepiped forces at corners are sums over its edges: see EdgeSlopes.
+  // A parallelepiped has forces by edge, and those at its corners are sums of them (EdgeSlopes).
   constexpr int n_parts = is_parallelepiped<Domain> ? Dim : corners<Dim>;
   for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     const Local n = std::min<Local>(bin.end - p, lanes<Real>);

@@ -56,7 +56,7 @@ std::vector<double> edges_of(const Frame& frame, bool axisymmetric);
 
 class ParticleView {
  public:
-  /// Of the part of a projection within a box.
+  /// The view shows the part of a projection that lies between `low` and `high` [m].
   ParticleView(int columns, int rows, const std::array<double, 2>& low,
                const std::array<double, 2>& high);
 
@@ -84,7 +84,7 @@ class ParticleView {
             const Bounds& within);
   void draw(const Point& from, const Point& to);
   void put_body(int i, int j, double depth, double light);
-  /// Of what is nearer to the eye: a particle, or a body if there is none.
+  /// How near the particle is to the eye, or the body where there is no particle [m].
   double depth_at(std::size_t k) const;
   double shade(int i, int j) const;
   std::size_t index(int i, int j) const {

@@ -29,7 +29,7 @@ struct PlacedBody {
 class PlacedBodies {
  public:
   PlacedBodies() = default;
-  /// None where there is no run folder. Throws IoError.
+  /// A folder that holds no run has no bodies. Throws IoError.
   explicit PlacedBodies(const std::filesystem::path& run);
 
   const std::vector<BodyShape>& shapes() const { return shapes_; }

@@ -107,7 +107,7 @@ def run_block(script, status, folder, env):
 
 
 def stored_size(picture):
-    """Of a picture as it is stored: large ones are made smaller."""
+    """The size in which a picture is stored. Large pictures are made smaller."""
     scale = min(1, LARGEST_WIDTH / picture.width, LARGEST_HEIGHT / picture.height)
     return round(picture.width * scale), round(picture.height * scale)
 
