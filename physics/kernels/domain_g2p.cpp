@@ -120,7 +120,7 @@ LAHAR_INLINE void find_fields(const Basis& basis, Local p, Local n, const double
   constexpr int n_corners = corners<Dim>, pairs = n_corners / 2;
   using Nodes = NodePairs<Dim>;
   using Domain = typename Basis::template DomainOf<Real>;
-  constexpr bool edges = is_parallelepiped<Domain>;  // of which slopes are sums: see EdgeSlopes
+  constexpr bool edges = is_parallelepiped<Domain>;  // its slopes are sums over edges (EdgeSlopes)
   Real s[Dim];
   Domain domain;
   const Real scale = basis.find_domain(p, s, domain);

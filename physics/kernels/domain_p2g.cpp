@@ -14,8 +14,6 @@ namespace lahar::general {
 
 namespace {
 
-using NodePair = PackOf<2 * node_width>;
-
 /// Sums of the nodes around a cell, by pairs along the first axis: those of a cell that corners may
 /// be in. A node between two cells has a part in the pairs of both, so that what is added to a pair
 /// never waits for what was added to a part of it.

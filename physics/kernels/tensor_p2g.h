@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "physics/basis/basis.h"
+#include "physics/kernels/particle_rows.h"
 #include "physics/kernels/particle_sums.h"
 
 namespace lahar::general {
@@ -18,28 +19,15 @@ inline constexpr int layers = Dim == 3 ? axis_nodes : 1;
 
 /// Weights of one axis of the particles of a pack, each a row.
 template <class Real>
-struct AxisRows {
-  alignas(64) double row[lanes<Real>][axis_nodes];
-
-  LAHAR_INLINE void set(const Real (&w)[axis_nodes]) {
-    if constexpr (lanes<Real> == 8) {
-      PackOf<4> rows[8];
-      transpose(w, rows);
-      LAHAR_UNROLL
-      for (int j = 0; j < 8; ++j) store(rows[j], row[j]);
-    } else {
-      for (int j = 0; j < lanes<Real>; ++j)
-        for (int k = 0; k < axis_nodes; ++k) row[j][k] = w[k][j];
-    }
-  }
+struct AxisRows : RowsOfFour<Real> {
   /// Values of particle j along the first axis, at the lanes.
   LAHAR_INLINE EightNodes first(Local j) const {
-    const auto v = load<PackOf<4>>(row[j]).v;
+    const auto v = load<PackOf<4>>(this->row[j]).v;
     return EightNodes::of(__builtin_shufflevector(v, v, 0, 1, 2, 3, 0, 1, 2, 3));
   }
   /// Values of particle j along the second axis, at the lanes of a half.
   LAHAR_INLINE EightNodes second(Local j, int half) const {
-    const auto v = load<PackOf<4>>(row[j]).v;
+    const auto v = load<PackOf<4>>(this->row[j]).v;
     return EightNodes::of(half == 0 ? __builtin_shufflevector(v, v, 0, 0, 0, 0, 1, 1, 1, 1)
                                     : __builtin_shufflevector(v, v, 2, 2, 2, 2, 3, 3, 3, 3));
   }
