@@ -20,12 +20,11 @@ std::string text_of(const std::exception_ptr& exception) {
   return "";
 }
 
-/// With the message of the first rank that has one: the same texts are printed once.
+/// Throws what is no IoError on, and else the message of all ranks: equal texts are printed once.
 [[noreturn]] void throw_as_told(const std::exception_ptr& own, const std::string& message) {
   try {
     if (own) std::rethrow_exception(own);
   } catch (const IoError&) {
-    throw IoError(message);
   }
   throw IoError(message);
 }

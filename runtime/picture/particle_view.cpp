@@ -25,7 +25,7 @@ constexpr double behind = 1e9;  ///< [m] all others: where larger squares lie
 constexpr Rgba not_finite{220, 20, 20, 255}, body_colour{176, 170, 160, 255};
 constexpr double body_in_front = 0.35;  ///< share of its colour where particles are behind it
 constexpr double line_width = 2.5;      ///< [px] of bodies in sections
-/// Around particles, in lengths of their box: so far bodies are drawn.
+/// Bodies are drawn so far beyond the box around particles, as a share of its longest side.
 constexpr double bodies_around = 0.1;
 
 Rgba mixed(const Rgba& a, const Rgba& b, double share_of_b) {
@@ -269,7 +269,7 @@ void ParticleView::put_body(int i, int j, double depth, double light) {
   body_light_[k] = static_cast<float>(light);
 }
 
-/// Lighter the more it looks up and towards the eye.
+/// A triangle is lighter the more it looks up and towards the eye.
 void ParticleView::draw(const std::array<Point, 3>& triangle, const ViewProjection& project,
                         const Bounds& within) {
   const Point a = project(triangle[0]), b = project(triangle[1]), c = project(triangle[2]);

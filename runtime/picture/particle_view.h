@@ -64,7 +64,8 @@ class ParticleView {
   void add(const Frame& frame, const std::vector<double>& edges, const std::vector<double>& values,
            const Look& look);
 
-  /// A body: what of its triangles is near the box, or where a section cuts them, or its lines.
+  /// Adds a body: the part of its triangles near the box, the lines in which a section cuts them,
+  /// or its own lines.
   void add(const PlacedBody& body, const Look& look, const Bounds& box);
 
   /// Bodies are grey, and what is behind them shines through. Pixels without anything are clear,
@@ -79,7 +80,7 @@ class ParticleView {
     double value;
   };
   void draw(const Splat& splat, bool disc);
-  /// Pixels whose middles are in the part of a triangle that is within a box.
+  /// Fills pixels whose middles are in the part of a triangle that is within a box.
   void draw(const std::array<Point, 3>& triangle, const ViewProjection& project,
             const Bounds& within);
   void draw(const Point& from, const Point& to);
