@@ -79,6 +79,7 @@ class ReportPage {
   void take_samples() {
     SampleBudget budget = options_.budget;
     budget.points /= runs_.size();
+    budget.triangles /= runs_.size();
     budget.bytes /= static_cast<double>(runs_.size());
     for (const RunResults& run : runs_) {
       samples_.push_back(sample(run, fields_, budget));

@@ -8,6 +8,7 @@
 #include "io/base/base64.h"
 #include "io/frames/vtkhdf.h"
 #include "physics/base/error.h"
+#include "physics/geometry/coarse_triangles.h"
 
 namespace lahar {
 
@@ -103,6 +104,11 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
                  static_cast<double>(std::max<std::size_t>(budget.frames, 8))));
   samples.dim = header.dim;
   samples.bodies = all.front().part->shapes.shapes();
+  constexpr std::size_t least_triangles = 500;  // show what a body is
+  for (BodyShape& body : samples.bodies)
+    if (auto* surface = std::get_if<Triangles>(&body.surface))
+      *surface = coarser(std::move(*surface),
+                         std::max(least_triangles, budget.triangles / samples.bodies.size()));
   std::vector<std::vector<double>> values(fields.size());
   for (const ReportFrame& at : spread(all, std::min(count, budget.frames))) {
     const Frame frame = read_frame(at.file.file, columns);

@@ -42,12 +42,13 @@ struct RunSamples {
   std::vector<FrameField> fields;  ///< without values
   std::vector<ColourScale> scales;
   std::vector<SampledFrame> frames;
-  std::vector<BodyShape> bodies;
+  std::vector<BodyShape> bodies;  ///< with no more triangles than the view needs
 };
 
 struct SampleBudget {
   std::size_t points = 30000, frames = 40;
-  double bytes = 4e9;  ///< that are read of frames, about
+  std::size_t triangles = 20000;  ///< of the surfaces of all rigid bodies, about
+  double bytes = 4e9;             ///< that are read of frames, about
 };
 
 /// The same particles in all frames: which, follows from their ids alone.

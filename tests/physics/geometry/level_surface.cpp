@@ -6,24 +6,10 @@
 #include <map>
 #include <numbers>
 
+#include "tests/physics/geometry/ball_grid.h"
+
 using namespace lahar;
-
-namespace {
-
-/// Depths below the surface of a ball, on a grid around it.
-template <int Dim>
-GridValues<Dim> ball(double radius, double spacing) {
-  GridValues<Dim> grid{.low = Vec<Dim>::Constant(-radius - 2 * spacing),
-                       .spacing = Vec<Dim>::Constant(spacing),
-                       .n = {},
-                       .values = {}};
-  grid.n.fill(static_cast<Index>(2 * (radius / spacing + 2)) + 2);
-  for (Index point = 0; point < grid.size(); ++point)
-    grid.values.push_back(static_cast<float>(radius - grid.place(point).norm()));
-  return grid;
-}
-
-}  // namespace
+using test::ball;
 
 TEST_CASE("the line around a disc is closed, has its length, and the disc on its left") {
   const double radius = 0.7;
