@@ -95,6 +95,35 @@ def test_view(browser):
     expect(True, "the play button plays")
 
 
+def test_thrift(browser):
+    """What does not change is not drawn, and what moves has no more than can be drawn in time."""
+    browser.value("""{
+      globalThis.view = player.views[0];
+      globalThis.took = ((adapt) => (time) => { for (let k = 0; k < 100; ++k) adapt(time); })(view.adapt.bind(view));
+      view.adapt = () => {};  // whatever this machine takes
+      const render = view.render.bind(view);
+      view.count = 0;
+      view.render = () => { ++view.count; render(); };
+    }""")
+    particles = "(view.draw(), new Promise((done) => requestAnimationFrame(() => done(view.geometry.drawRange.count))))"
+    browser.wait_for("!view.moving")
+    browser.settle()
+    before = browser.value("view.count")
+    browser.value("new Promise((done) => setTimeout(done, 500))")
+    expect(browser.value("view.count") == before, "nothing is drawn while nothing changes")
+    shown = browser.value(particles)
+    expect(shown == browser.value("view.run.shown") <= 31_000, f"{shown} particles are drawn")
+    triangles = browser.value("view.renderer.info.render.triangles")
+    expect(1000 < triangles <= 20_000, f"and {triangles} triangles of rigid bodies")
+    browser.value("took(100); view.stir()")
+    fewer = browser.value(particles)
+    expect(fewer < 0.2 * shown, f"{fewer} particles while it turns, where a frame takes long")
+    browser.wait_for(f"view.geometry.drawRange.count === {shown}", 10)
+    expect(True, "and all of them at rest")
+    browser.value("took(16); view.stir()")
+    expect(browser.value(particles) == shown, "or where it does not take long")
+
+
 def test_speed(browser):
     """Frames per second while the view turns, with software rendering."""
     rate = browser.value("""new Promise((done) => {
@@ -208,7 +237,7 @@ def main():
             if tests:
                 tests(browser)
             else:
-                for test in (test_contents, test_view, test_speed, test_hints, test_schemes, test_narrow, test_print):
+                for test in (test_contents, test_view, test_thrift, test_speed, test_hints, test_schemes, test_narrow, test_print):
                     test(browser)
                 if arguments.screenshot:
                     browser.picture(arguments.screenshot)

@@ -237,19 +237,14 @@ class ParticleView {
     clearTimeout(this.rest);
     this.rest = setTimeout(() => {
       this.moving = false;
-      this.last = undefined;
       this.draw();
     }, 200);
     this.draw();
   }
-  /** The share of the particles that is drawn: any first part of them is spread over the body. */
-  detail() {
-    if (!this.moving) return 1;
-    const now = performance.now(), took = now - (this.last ?? now);
-    this.last = now;
-    if (took > 36) this.share = Math.max(0.15, this.share * 0.85);
-    else if (took > 0 && took < 22) this.share = Math.min(1, this.share * 1.05);
-    return this.share;
+  /** What a frame took [ms] while the view moved says how many particles the next ones have. */
+  adapt(took) {
+    if (took > 30) this.share = Math.max(0.15, this.share * 0.85);
+    else if (took < 22) this.share = Math.min(1, this.share * 1.05);
   }
   follow(other) {
     this.camera.position.copy(other.camera.position);
@@ -264,6 +259,7 @@ class ParticleView {
     });
   }
   render() {
+    const begin = performance.now();
     const { clientWidth: w, clientHeight: h } = this.canvas;
     if (!w || !h) return;
     const ratio = Math.min(devicePixelRatio, 2);
@@ -275,12 +271,15 @@ class ParticleView {
     }
     this.material.uniforms.height.value = h * ratio;
     this.boxMaterial.color.set(theme.dark ? 0xa3afbd : 0x56616f);
-    const detail = this.detail(), count = this.geometry.getAttribute("position").count;
+    // Any first part of the particles is spread over the body.
+    const detail = this.moving ? this.share : 1, count = this.geometry.getAttribute("position").count;
     this.geometry.setDrawRange(0, Math.ceil(detail * count));
     this.material.uniforms.radius.value = this.radius * Math.min(1.5, detail ** (-1 / this.run.dim));
     this.camera.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera);
     this.placeNames(w, h);
+    // It took until the browser is ready for the next one.
+    if (this.moving) requestAnimationFrame(() => this.adapt(performance.now() - begin));
   }
   placeNames(w, h) {
     // At the edge of the box that is lowest in the picture, of those along the axis.
