@@ -103,9 +103,9 @@ class Browser:
         self.call("Page.navigate", url="file://" + os.path.abspath(file))
         self.wait_for("document.documentElement?.dataset.ready === 'yes'")
 
-    def resize(self, width, height):
+    def resize(self, width, height, scale=1):
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
-                  deviceScaleFactor=1, mobile=False)
+                  deviceScaleFactor=scale, mobile=False)
 
     def prefer(self, scheme):
         self.call("Emulation.setEmulatedMedia",

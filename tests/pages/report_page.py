@@ -105,6 +105,7 @@ def test_thrift(browser):
       view.count = 0;
       view.render = () => { ++view.count; render(); };
     }""")
+    browser.resize(1200, 900, 2)
     particles = "(view.draw(), new Promise((done) => requestAnimationFrame(() => done(view.geometry.drawRange.count))))"
     browser.wait_for("!view.moving")
     browser.settle()
@@ -118,10 +119,14 @@ def test_thrift(browser):
     browser.value("took(100); view.stir()")
     fewer = browser.value(particles)
     expect(fewer < 0.2 * shown, f"{fewer} particles while it turns, where a frame takes long")
-    browser.wait_for(f"view.geometry.drawRange.count === {shown}", 10)
-    expect(True, "and all of them at rest")
+    wide = browser.value("view.canvas.width")
+    expect(wide == browser.value("view.canvas.clientWidth"), f"and {wide} pixels in a row, on a screen with two in each")
+    browser.wait_for(f"view.geometry.drawRange.count === {shown} && view.canvas.width === {2 * wide}", 10)
+    expect(True, "all of them at rest")
     browser.value("took(16); view.stir()")
     expect(browser.value(particles) == shown, "or where it does not take long")
+    browser.resize(1200, 900)
+    browser.settle()
 
 
 def test_speed(browser):

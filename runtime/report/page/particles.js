@@ -108,7 +108,8 @@ class ParticleView {
     this.listeners = [];
     this.frame = 0;
     this.field = 0;
-    this.share = 1;  // while it moves
+    this.share = 0.3;  // of particles, while it moves, at first
+    this.rough = false;  // drawn with fewer pixels, while it moves
     addEventListener("resize", () => this.draw());
     theme.listeners.push(() => this.draw());
   }
@@ -241,10 +242,15 @@ class ParticleView {
     }, 200);
     this.draw();
   }
-  /** What a frame took [ms] while the view moved says how many particles the next ones have. */
+  /** What a frame took [ms] while the view moved says how many particles, and pixels, the next ones have. */
   adapt(took) {
-    if (took > 30) this.share = Math.max(0.15, this.share * 0.85);
-    else if (took < 22) this.share = Math.min(1, this.share * 1.05);
+    const least = 0.15;
+    if (took > 30) {
+      this.rough ||= this.share === least;
+      this.share = Math.max(least, this.share * 0.85);
+    } else if (took < 22) {
+      this.share = Math.min(1, this.share * 1.05);
+    }
   }
   follow(other) {
     this.camera.position.copy(other.camera.position);
@@ -262,7 +268,7 @@ class ParticleView {
     const begin = performance.now();
     const { clientWidth: w, clientHeight: h } = this.canvas;
     if (!w || !h) return;
-    const ratio = Math.min(devicePixelRatio, 2);
+    const ratio = Math.min(devicePixelRatio, this.moving && this.rough ? 1 : 2);
     if (this.canvas.width !== Math.floor(w * ratio) || this.canvas.height !== Math.floor(h * ratio)) {
       this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(w, h, false);
