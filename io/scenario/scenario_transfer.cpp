@@ -92,13 +92,12 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
                             "the place of a higher order",
                             transfer.order, name),
                 "leave it out, or set velocity_update to \"flip\"");
-    if (viscosity_ && transfer.order > 1)
-      in_.error(*settings->find("order"),
-                fmt::format("'order' {} does not go together with 'viscosity': what a filter of "
-                            "higher order takes is not that of a viscosity",
-                            transfer.order),
-                "give 'relaxation' or 'relaxation_time', or leave 'order' out");
   }
+  if (viscosity_ && transfer.order > 1 && relaxation_.value_or(0) == 0)
+    in_.error(
+        *settings->find("viscosity"),
+        fmt::format("'viscosity' alone leaves nothing to a filter of order {}", transfer.order),
+        "give 'relaxation' as well, which is what the filter takes, or order 1");
 }
 
 // Sums of integers do not depend on who has which particles.
@@ -139,8 +138,9 @@ double ScenarioBuilder<Dim>::mean_depth() const {
 }
 
 // What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
-// run-out then does not either, where they are fine enough for the viscosity to rule. Particles
-// that cross cells make noise with functions of elements: these need more of both.
+// run-out then does not either, where they are fine enough for the viscosity to rule. Grains that
+// part and meet again make noise for which a filter of order 3 needs half of that viscosity.
+// Particles that cross cells make noise with functions of elements: these need more of both.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_default_transfer() {
   JsonValue* analysis = root_.find("analysis");
@@ -152,7 +152,8 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   if (!default_transfer_ && !relaxes) return;
   const double depth = separates || all_fluids() ? 0.0 : mean_depth();
   const bool smooth = model_.analysis.functions != ShapeFunctions::element;
-  relaxation_ = depth > 0 && smooth ? 0.01 : 0.05;
+  const bool of_grains = depth > 0 && smooth && any_granular() && liquids_.empty();
+  relaxation_ = of_grains ? 0.03 : depth > 0 && smooth ? 0.01 : 0.05;
   const auto setting = [&](double value) {
     JsonValue json;
     json.data = value;
@@ -165,8 +166,13 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   }
   JsonValue::Object settings{{"relaxation", analysis->offset, setting(*relaxation_)}};
   if (depth > 0) {
-    viscosity_ = (smooth ? 0.0075 : 0.015) * std::sqrt(model_.gravity.norm() * std::pow(depth, 3));
+    const double share = of_grains ? 0.003 : smooth ? 0.0075 : 0.015;
+    viscosity_ = share * std::sqrt(model_.gravity.norm() * std::pow(depth, 3));
     settings.push_back({"viscosity", analysis->offset, setting(*viscosity_)});
+  }
+  if (of_grains) {
+    model_.analysis.transfer.order = 3;
+    settings.push_back({"order", analysis->offset, setting(3)});
   }
   set(*analysis, "velocity_update_settings", std::move(settings));
 }
@@ -202,11 +208,13 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   const double per_rate = smoothing(a.functions, info(mesh_->element()).order) * h * h;  // [m^2]
   if (a.transfer.order == 1 && a.affine == Affine::none) a.transfer.smoothing = per_rate;
   a.transfer.viscosity = viscosity_.value_or(0);
+  const bool beside = a.transfer.order > 1;  // the filter
   const double viscous = a.transfer.viscosity / per_rate;
+  if (beside) a.transfer.viscous = viscous;
   for (const double c : slowest)
-    a.transfer.rates.push_back(relaxation_time_
-                                   ? 1.0 / *relaxation_time_
-                                   : std::max(relaxation_.value_or(0) * c / h, viscous));
+    a.transfer.rates.push_back(
+        relaxation_time_ ? 1.0 / *relaxation_time_
+                         : std::max(relaxation_.value_or(0) * c / h, beside ? 0.0 : viscous));
   if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
                   [](double rate) { return rate == 0.0; })) {
     const double separation = a.transfer.separation;

@@ -199,8 +199,9 @@ const Section& blending_section() {
            .help = "kinematic viscosity of the transfer for motion that the mesh resolves, "
                    "whatever the cell size. The part decays at the rate viscosity / (k h^2). k is "
                    "1/6 with functions of elements (second order: 1/12), 1/4 with quadratic "
-                   "splines, 1/3 with cubic splines, and 3/16 with domains. With `relaxation` as "
-                   "well, the higher rate holds. Order 1 only",
+                   "splines, 1/3 with cubic splines, and 3/16 with domains. With `relaxation` of "
+                   "order 1 as well, the higher rate holds; relaxation of a higher order acts "
+                   "beside the viscosity, which is of order 1",
            .unit = "m^2/s",
            .min = 0,
            .native = true},
@@ -454,8 +455,10 @@ const Section& analysis_section() {
            .kinds = object,
            .help = "how much particles keep of their own velocities. Default if `velocity_update` "
                    "is not written either: relaxation 0.05. If gravity acts and any material is "
-                   "not a fluid: relaxation 0.01 and viscosity 0.0075 sqrt(g H^3), or 0.05 and "
-                   "0.015 sqrt(g H^3) with functions of elements. H is the mean depth: the volume "
+                   "not a fluid: relaxation 0.01 and viscosity 0.0075 sqrt(g H^3); if any is of "
+                   "grains without a liquid in their pores, relaxation 0.03 of order 3 and "
+                   "viscosity 0.003 sqrt(g H^3); with functions of elements always 0.05 of order 1 "
+                   "and 0.015 sqrt(g H^3). H is the mean depth: the volume "
                    "of the particles, divided by the area of their bounding box seen along "
                    "gravity. The preset cbgeo has no such default",
            .section = blending_section},

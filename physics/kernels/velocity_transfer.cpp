@@ -77,18 +77,22 @@ void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order) {
 template <int Dim>
 void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const VelocityTransfer& transfer = step.model->analysis.transfer;
+  const double viscous = transfer.taken_by_viscosity(step.dt);
   const auto bodies = static_cast<Local>(patch.bodies());
   const Local per_body = bodies == 1 ? patch.n_nodes() : patch.body_nodes;
   for (const NodeRange& range : patch.active_nodes)
     for (Local from = range.begin; from < range.end;) {  // node by node of one body
       const Local body = std::min(from / per_body, bodies - 1),
                   end = std::min(range.end, (body + 1) * per_body);
-      const double kept = transfer.kept(body, step.dt), taken = 1.0 - kept;
+      const double kept = transfer.kept(body, step.dt), taken = 1.0 - kept - viscous;
       const double change = transfer.filters_change ? kept * step.dt : step.dt;
-      for (; from < end; ++from)
-        store(taken * load<NodeVector>(at(patch.transfer, from)) +
-                  change * load<NodeVector>(at(patch.acceleration, from)),
-              at(patch.transfer, from));
+      for (; from < end; ++from) {
+        NodeVector given = taken * load<NodeVector>(at(patch.transfer, from)) +
+                           change * load<NodeVector>(at(patch.acceleration, from));
+        if (viscous > 0.0)
+          given += viscous * unfiltered(patch, from, transfer.filters_change, step.dt);
+        store(given, at(patch.transfer, from));
+      }
     }
 }
 

@@ -41,8 +41,8 @@ void begin_filter(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order);
 
-/// Patch::transfer becomes what particles add to (1 - theta) v_p: theta V_k + dt a, with FMPM
-/// theta V_k + (1 - theta) dt a.
+/// Patch::transfer becomes what particles add to (1 - theta - theta_1) v_p: theta V_k + theta_1 V +
+/// dt a, with FMPM theta V_k + theta_1 V + (1 - theta - theta_1) dt a.
 template <int Dim>
 void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step);
 

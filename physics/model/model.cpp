@@ -34,7 +34,12 @@ double MathFunction::integral(double t) const {
 }
 
 double VelocityTransfer::kept(int body, double dt) const {
-  return rates.empty() ? flip : std::max(0.0, 1.0 - dt * rates[static_cast<std::size_t>(body)]);
+  if (rates.empty()) return flip;
+  return std::max(0.0, 1.0 - dt * (rates[static_cast<std::size_t>(body)] + viscous));
+}
+
+double VelocityTransfer::taken_by_viscosity(double dt) const {
+  return std::min(1.0, dt * viscous);
 }
 
 }  // namespace lahar

@@ -156,13 +156,16 @@ struct TimeStep {
 /// Order 1 is PIC (theta = 1) and its blend with FLIP; with theta = 1 higher orders are XPIC
 /// (Hammerquist & Nairn 2017), and FMPM (Nairn & Hammerquist 2021) where the change of nodal
 /// velocities is filtered with them. A wave of wave number q loses its velocity at the rate
-/// (q^2 h^2 / 6)^order theta / dt or so: higher orders leave alone what the mesh resolves.
+/// (q^2 h^2 / 6)^order theta / dt or so: higher orders leave alone what the mesh resolves. Beside
+/// them order 1 may take a share theta_1 (I - P) v_p of its own, as a viscosity of the material.
 struct VelocityTransfer {
   double flip = 1.0;  ///< 1 - theta where it is the same in every step
   /// [1/s] by body, infinite where nothing is kept; empty: `flip` holds. Of one body all particles
   /// have the same, else momentum would not be kept.
   std::vector<double> rates;
   int order = 1;
+  /// [1/s] theta_1 / dt where `order` is above 1 and `rates` are set.
+  double viscous = 0;
   bool filters_change = false;  ///< FMPM
   /// For messages, of order 1: rate of the damping of what the mesh resolves over the wave number
   /// squared, as a share of `rates` [m^2], and the viscosity that was asked for [m^2/s].
@@ -171,8 +174,10 @@ struct VelocityTransfer {
   /// material comes apart (separation.h). 0: particles move with the nodes.
   double separation = 0.0;
 
-  /// 1 - theta of a body in a step of dt [s].
+  /// 1 - theta - theta_1 of a body in a step of dt [s].
   double kept(int body, double dt) const;
+  /// theta_1 in a step of dt [s].
+  double taken_by_viscosity(double dt) const;
   bool takes() const { return !rates.empty() || flip < 1.0; }
 };
 

@@ -120,6 +120,8 @@ std::string describe_transfer(const Analysis& analysis, std::span<const Material
   if (transfer.smoothing > 0.0)
     text += fmt::format(", as a viscosity of {} m^2/s{}", viscosities,
                         by_cells ? ", less with finer cells" : "");
+  else if (transfer.viscous > 0.0)
+    text += fmt::format(", with a viscosity of {:.3g} m^2/s", transfer.viscosity);
   if (transfer.rates.size() > 1) {
     std::string names;
     for (int body = 0; body < analysis.contact.bodies; ++body)

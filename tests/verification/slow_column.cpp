@@ -33,6 +33,8 @@ constexpr double L0 = 0.1, density = 1600, g = 9.81;
 /// Columns of depth are as wide as the larger cell, and a layer is what a particle of that cell
 /// covers: 3 % of L0, ten grains of fine sand. The same for all cells.
 constexpr double width = L0 / 16, layer = width / 2;
+/// What spreads around an axis is thinner: 1 % of the radius, some grains.
+constexpr double thin_layer = L0 / 100;
 /// A deposit is at rest where grains move slower than this share of sqrt(g h0), in the mean.
 constexpr double at_rest = 0.01;
 
@@ -52,7 +54,7 @@ Numbers section(const std::string& plane, double a, const Resolution& at) {
   const Depths d = plane == "strain" ? depths_along_x(end, density, 0, width)
                                      : depths_along_radius(end, density, width);
   keep_curve(fmt::format("sand-{}-{}", plane == "strain" ? "column" : "ring", a), at, d.curve());
-  return {{"run-out", d.front(layer) / L0 - 1},
+  return {{"run-out", d.front(plane == "strain" ? layer : thin_layer) / L0 - 1},
           {"height", d.highest() / L0},
           {"unrest", unrest(simulation.history(), h)},
           {"lost share", lost_share(simulation)},
@@ -66,7 +68,7 @@ Numbers quarter(const Resolution& at) {
   const State end(simulation.frame());
   const Depths d = depths_of_rings(end, density, ring);
   keep_curve("sand-cylinder", at, d.curve());
-  return {{"run-out", d.front(ring / 2) / L0 - 1},
+  return {{"run-out", d.front(thin_layer) / L0 - 1},
           {"height", d.highest() / L0},
           {"unrest", unrest(simulation.history(), h)},
           {"lost share", lost_share(simulation)},

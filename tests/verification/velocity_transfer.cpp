@@ -19,8 +19,14 @@ struct Wave {
   std::string functions = "element", scheme = "usl", transfer = "xpic";
   int order = 1;
   double relaxation_time = 0;  // [s]; 0: none
+  double viscosity = 0;        // [m^2/s], beside a filter of higher order
   double step = 0.1;           // [h / c]
 };
+
+/// Half of the variance of functions around particles, over h^2.
+double variance(const Wave& wave) {
+  return wave.functions == "quadratic_spline" ? 1.0 / 4 : 3.0 / 16;
+}
 
 /// Two waves between the closed ends of a bar, 2 x 2 particles per cell.
 Model<2> standing_wave(const Wave& wave) {
@@ -52,6 +58,7 @@ Model<2> standing_wave(const Wave& wave) {
                                     R"(, "end_time": 1, )" + settings + "}}");
   for (const Vec<2>& x : model.particles.x)
     model.particles.velocity.push_back(Vec<2>(1e-3 * std::sin(q * x[0]), 0.0));
+  model.analysis.transfer.viscous = wave.viscosity / (variance(wave) * h * h);
   return model;
 }
 
@@ -77,8 +84,7 @@ double decay(Wave wave) {
 /// the order. Kinetic energy is half of the energy, and falls twice as fast.
 double predicted(const Wave& wave) {
   const double h = length / wave.cells;
-  const double variance = wave.functions == "quadratic_spline" ? 1.0 / 4 : 3.0 / 16;
-  return std::pow(q * q * h * h * variance, wave.order) / wave.relaxation_time;
+  return std::pow(q * q * h * h * variance(wave), wave.order) / wave.relaxation_time;
 }
 
 }  // namespace
@@ -114,6 +120,28 @@ TEST_CASE("the filter of FMPM damps a standing wave as that of XPIC does") {
     CAPTURE(order);
     CHECK(decay(wave) == doctest::Approx(rate).epsilon(order == 3 ? 0.1 : 0.02));
   }
+}
+
+TEST_CASE("beside a filter of higher order, a viscosity damps a wave by nu q^2 on any mesh") {
+  for (const std::string transfer : {"xpic", "fmpm"})
+    for (const std::string functions : {"element", "quadratic_spline"})
+      for (const int cells : {16, 32}) {
+        Wave wave{.cells = cells,
+                  .functions = functions,
+                  .transfer = transfer,
+                  .order = 3,
+                  .relaxation_time = 5e-3,
+                  .step = 0.05};
+        const double of_filter = decay(wave);
+        wave.viscosity = 0.02;
+        CAPTURE(transfer);
+        CAPTURE(functions);
+        CAPTURE(cells);
+        const double rate = decay(wave) - of_filter;
+        CHECK(rate == doctest::Approx(wave.viscosity * q * q).epsilon(cells == 16 ? 0.2 : 0.08));
+        wave.step = 0.1;
+        CHECK(decay(wave) - of_filter == doctest::Approx(rate).epsilon(0.05));
+      }
 }
 
 TEST_CASE("what the transfer takes from a wave is counted as damping") {

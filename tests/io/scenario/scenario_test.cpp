@@ -283,20 +283,34 @@ TEST_CASE("defaults are those of Lahar, or CB-Geo's where the preset says so") {
              .analysis.transfer.takes());
 }
 
-TEST_CASE("steps are half as long where a material is of grains") {
-  const auto safety = [](const std::string& material, const std::string& analysis) {
+TEST_CASE("steps are half as long where a material is of grains, and a filter of order 3") {
+  const auto analysis = [](const std::string& material, const std::string& analysis) {
     const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 2]}},
       "particles": [{"generator": {"type": "region", "per_cell": 1, "material": "a"}}],
       "materials": [{"name": "a", "density": 10, )" +
-                             material + R"(}], "analysis": {"end_time": 1)" + analysis + "}}";
-    return std::get<Model<2>>(read_scenario_text(text, "", {}).model).analysis.step.safety;
+                             material +
+                             R"(}], "external_loading_conditions": {"gravity": [0, -8]},
+      "analysis": {"end_time": 1)" +
+                             analysis + "}}";
+    return std::get<Model<2>>(read_scenario_text(text, "", {}).model).analysis;
+  };
+  const auto safety = [&](const std::string& material, const std::string& keys) {
+    return analysis(material, keys).step.safety;
   };
   const std::string sand = R"("type": "MohrCoulomb", "youngs_modulus": 100, "poisson_ratio": 0.2,
     "friction": 30, "dilation": 0, "cohesion": 0, "tension_cutoff": 0, "softening": false)";
   CHECK(safety(sand, "") == 0.2);
   CHECK(safety(sand, R"(, "time_step": {"safety": 0.3})") == 0.3);
   CHECK(safety(sand, R"(, "preset": "cbgeo", "dt": 0.01)") == 0.5);
-  CHECK(safety(R"("type": "Newtonian", "bulk_modulus": 5, "dynamic_viscosity": 0)", "") == 0.4);
+  const std::string water = R"("type": "Newtonian", "bulk_modulus": 5, "dynamic_viscosity": 0)";
+  CHECK(safety(water, "") == 0.4);
+  // The mean depth is 2 m: sqrt(g H^3) is 8 m^2/s.
+  const VelocityTransfer grains = analysis(sand, "").transfer;
+  CHECK(grains.order == 3);
+  CHECK(grains.viscosity == doctest::Approx(0.003 * 8));
+  CHECK(grains.viscous == doctest::Approx(4 * grains.viscosity));
+  CHECK(analysis(sand, R"(, "shape_functions": "element")").transfer.order == 1);
+  CHECK(analysis(water, "").transfer.order == 1);
 }
 
 TEST_CASE("velocity transfers act in a time, but for the blending ratio of CB-Geo's input") {
@@ -315,6 +329,15 @@ TEST_CASE("velocity transfers act in a time, but for the blending ratio of CB-Ge
   CHECK(relaxed.kept(0, 100) == 0);
   CHECK(with("flip", R"("relaxation_time": 4, "order": 3)").rates == std::vector<double>{0.25});
   CHECK(with("flip", R"("relaxation_time": 4, "order": 3)").order == 3);
+  // A viscosity is of order 1: the higher of two rates, or beside a filter. One of 0.01 m^2/s takes
+  // 0.04 / s with quadratic splines in cells of 1 m.
+  const auto viscous = with("flip", R"("relaxation": 0.01, "viscosity": 0.01)");
+  CHECK(viscous.rates[0] == doctest::Approx(0.04));
+  CHECK(viscous.viscous == 0);
+  const auto both = with("flip", R"("relaxation": 0.01, "viscosity": 0.01, "order": 3)");
+  CHECK(both.rates[0] == doctest::Approx(0.005));
+  CHECK(both.viscous == doctest::Approx(0.04));
+  CHECK(both.kept(0, 2) == doctest::Approx(0.91));
   const auto blended = with("flip", R"("blending_ratio": 0.95)");
   CHECK(blended.rates[0] == doctest::Approx(-0.5 * std::log(0.95)));
   CHECK(with("flip", R"("blending_ratio": 0)").kept(0, 1e-9) == 0);
