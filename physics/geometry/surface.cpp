@@ -8,8 +8,12 @@ namespace lahar {
 
 namespace {
 
+double mean_step(const std::vector<double>& axis) {
+  return (axis.back() - axis.front()) / static_cast<double>(axis.size() - 1);
+}
+
 bool is_uniform(const std::vector<double>& axis) {
-  const double step = (axis.back() - axis.front()) / static_cast<double>(axis.size() - 1);
+  const double step = mean_step(axis);
   for (std::size_t i = 0; i < axis.size(); ++i)
     if (std::abs(axis[i] - axis.front() - static_cast<double>(i) * step) > 1e-9 * step)
       return false;
@@ -22,25 +26,28 @@ struct OnAxis {
   double t = 0, length = 1;
 };
 
-/// Nothing outside of the axis.
-bool find(const std::vector<double>& axis, bool uniform, double x, OnAxis& on) {
-  if (!(x >= axis.front() && x <= axis.back())) return false;
-  const std::size_t last = axis.size() - 2;
-  const double mean = (axis.back() - axis.front()) / static_cast<double>(axis.size() - 1);
-  on.i = std::min(static_cast<std::size_t>((x - axis.front()) / mean), last);
-  if (!uniform) {
-    // Often only the ends are not: then the place is beside this one.
-    if (on.i > 0 && x < axis[on.i]) --on.i;
-    if (on.i < last && x >= axis[on.i + 1]) ++on.i;
-    if (x < axis[on.i] || (on.i < last && x >= axis[on.i + 1])) {
-      const auto above = std::upper_bound(axis.begin(), axis.end(), x);
-      on.i = std::min(
-          static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - axis.begin() - 1, 0)), last);
+/// x lies on the axis.
+[[gnu::always_inline]] inline OnAxis find(const std::vector<double>& points, bool uniform,
+                                          double x) {
+  const double* axis = points.data();
+  const std::size_t last = points.size() - 2;
+  const double from_first = x - axis[0];
+  std::size_t i;
+  if (uniform) {
+    i = std::min(static_cast<std::size_t>(from_first / mean_step(points)), last);
+  } else {
+    // Often only the ends differ: then the place is this one or beside it.
+    const double share = from_first / (axis[last + 1] - axis[0]);
+    i = std::min(static_cast<std::size_t>(share * static_cast<double>(last + 1)), last);
+    if (i > 0 && x < axis[i]) --i;
+    if (i < last && x >= axis[i + 1]) ++i;
+    if (x < axis[i] || (i < last && x >= axis[i + 1])) {
+      const auto above = std::upper_bound(points.begin(), points.end(), x) - points.begin();
+      i = std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - 1, 0)), last);
     }
   }
-  on.length = axis[on.i + 1] - axis[on.i];
-  on.t = (x - axis[on.i]) / on.length;
-  return true;
+  const double length = axis[i + 1] - axis[i];
+  return {i, (x - axis[i]) / length, length};
 }
 
 }  // namespace
@@ -65,9 +72,11 @@ template <int Dim>
 typename Surface<Dim>::Point Surface<Dim>::at(const Vec<Dim>& x) const {
   Point none{std::numeric_limits<double>::quiet_NaN(), Vec<Dim>::Zero()};
   std::array<OnAxis, static_cast<std::size_t>(plan)> on;
-  for (std::size_t d = 0; d < plan; ++d)
-    if (axes_[d].size() < 2 || !find(axes_[d], uniform_[d], x[static_cast<int>(d)], on[d]))
-      return none;
+  for (std::size_t d = 0; d < plan; ++d) {
+    const double at = x[static_cast<int>(d)];
+    if (axes_[d].size() < 2 || !(at >= axes_[d].front() && at <= axes_[d].back())) return none;
+    on[d] = find(axes_[d], uniform_[d], at);
+  }
   Point point{0, Vec<Dim>::Zero()};
   if constexpr (Dim == 2) {
     const double a = heights_[on[0].i], b = heights_[on[0].i + 1];
@@ -96,10 +105,8 @@ typename Surface<Dim>::Range Surface<Dim>::range(const Vec<Dim>& low, const Vec<
     const double a = low[static_cast<int>(d)], b = high[static_cast<int>(d)];
     if (axis.size() < 2 || !(b >= axis.front() && a <= axis.back())) return {inf, -inf, false};
     out.complete = out.complete && a >= axis.front() && b <= axis.back();
-    OnAxis on;
-    find(axis, uniform_[d], std::max(a, axis.front()), on);
-    from[d] = on.i;
-    find(axis, uniform_[d], std::min(b, axis.back()), on);
+    from[d] = find(axis, uniform_[d], std::max(a, axis.front())).i;
+    const OnAxis on = find(axis, uniform_[d], std::min(b, axis.back()));
     to[d] = on.t > 0 || on.i == from[d] ? on.i + 1 : on.i;
   }
   for (std::size_t j = from[1]; j <= to[1]; ++j)

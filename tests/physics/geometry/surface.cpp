@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -41,6 +42,33 @@ TEST_CASE("surfaces give bilinear functions back, with their slopes") {
     }
     CHECK(surface.bounds().first[0] == axes[0].front());
     CHECK(surface.bounds().second[2] == 5);
+  }
+}
+
+TEST_CASE("the place on an axis is the one that a search finds, also at its points") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> step(0.1, 4);
+  for (int trial = 0; trial < 200; ++trial) {
+    // Equal steps but for the ends, as centres and borders of a raster are, or any.
+    std::vector<double> axis{0, step(random)};
+    const bool raster = trial % 2 == 0;
+    for (int i = 0; i < 2 + trial % 20; ++i)
+      axis.push_back(axis.back() + (raster ? 2 : step(random)));
+    axis.push_back(axis.back() + step(random));
+    std::vector<float> heights;
+    for (std::size_t i = 0; i < axis.size(); ++i)
+      heights.push_back(static_cast<float>(step(random)));
+    const Surface<2> line({axis}, heights);
+    const auto check = [&](double x) {
+      const auto above = std::upper_bound(axis.begin() + 1, axis.end() - 1, x) - axis.begin();
+      const auto i = static_cast<std::size_t>(above - 1);
+      const double length = axis[i + 1] - axis[i], rise = double(heights[i + 1]) - heights[i];
+      CHECK(line.at({x, 0}).height == heights[i] + (x - axis[i]) / length * rise);
+      CHECK(line.at({x, 0}).slope[0] == rise / length);
+    };
+    for (const double x : axis) check(x);
+    std::uniform_real_distribution<double> anywhere(0, axis.back());
+    for (int i = 0; i < 50; ++i) check(anywhere(random));
   }
 }
 
