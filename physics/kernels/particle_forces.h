@@ -2,25 +2,114 @@
 /// and their work.
 #pragma once
 
+#include <algorithm>
+#include <array>
+
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
+#include "physics/kernels/particle_sums.h"
 #include "physics/particles/contact_couple.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/pack_bits.h"
 
 namespace lahar {
+
+/// {f, 0}
+template <int Dim>
+LAHAR_INLINE NodeVector node_vector(const Vec<Dim>& f) {
+  double values[node_width] = {};
+  for (int d = 0; d < Dim; ++d) values[d] = f[d];
+  return load<NodeVector>(values);
+}
+
+/// Call take(i, k) for the nodes i, of numbers k along the axes, that a particle of a tensor basis
+/// reaches.
+template <class Basis, int Dim, class Take>
+LAHAR_INLINE void for_each_reached(const Pack (&w)[Dim][axis_nodes], int lane, Take take) {
+  constexpr int n = Basis::per_particle;
+  int first[3] = {}, k[3];
+  for (int d = 0; d < Dim; ++d)
+    first[d] = n < axis_nodes && w[d][axis_nodes - 1][lane] != 0 ? axis_nodes - n : 0;
+  for (k[2] = first[2]; k[2] < first[2] + (Dim == 3 ? n : 1); ++k[2])
+    for (k[1] = first[1]; k[1] < first[1] + n; ++k[1])
+      for (k[0] = first[0]; k[0] < first[0] + n; ++k[0]) take(16 * k[2] + 4 * k[1] + k[0], k);
+}
+
+/// With add = to(lane) for these lanes of the pack from `first` on, in ascending order, call
+/// add(i, N) for the functions of node i that may not be zero.
+template <int Dim, class Basis, class To>
+LAHAR_INLINE void give_functions(const Basis& basis, Local first, unsigned bits, To to) {
+  if constexpr (TensorBasis<Basis>) {
+    Pack w[Dim][axis_nodes];
+    basis.weights(first, w);
+    for_each_bit(bits, [&](int lane) {
+      const auto add = to(lane);
+      for_each_reached<Basis>(w, lane, [&](int i, const int(&k)[3]) {
+        double N = w[0][k[0]][lane] * w[1][k[1]][lane];
+        if constexpr (Dim == 3) N *= w[2][k[2]][lane];
+        add(i, N);
+      });
+    });
+  } else {
+    Pack N[Basis::nodes];
+    basis.functions(first, N);
+    for_each_bit(bits, [&](int lane) {
+      const auto add = to(lane);
+      for (int i = 0; i < Basis::nodes; ++i) add(i, N[i][lane]);
+    });
+  }
+}
+
+/// The same with add(i, dN), the gradient.
+template <int Dim, class Basis, class To>
+LAHAR_INLINE void give_gradients(const Basis& basis, Local first, unsigned bits, To to) {
+  if constexpr (TensorBasis<Basis>) {
+    Pack w[Dim][axis_nodes], dw[Dim][axis_nodes];
+    basis.weights(first, w, dw);
+    for_each_bit(bits, [&](int lane) {
+      const auto add = to(lane);
+      for_each_reached<Basis>(w, lane, [&](int i, const int(&k)[3]) {
+        double dN[Dim];
+        LAHAR_UNROLL
+        for (int b = 0; b < Dim; ++b) {
+          dN[b] = (b == 0 ? dw : w)[0][k[0]][lane] * (b == 1 ? dw : w)[1][k[1]][lane];
+          if constexpr (Dim == 3) dN[b] *= (b == 2 ? dw : w)[2][k[2]][lane];
+        }
+        add(i, dN);
+      });
+    });
+  } else {
+    Pack gradient[Dim][Basis::nodes];
+    basis.gradients(first, gradient);
+    for_each_bit(bits, [&](int lane) {
+      const auto add = to(lane);
+      for (int i = 0; i < Basis::nodes; ++i) {
+        double dN[Dim];
+        for (int b = 0; b < Dim; ++b) dN[b] = gradient[b][i][lane];
+        add(i, dN);
+      }
+    });
+  }
+}
 
 /// f_i += N_i f for the particles of one bin, with f = force(p) [N].
 template <int Dim, class Basis, class Force>
 void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, Force force) {
-  for (Local p = bin.begin; p < bin.end; ++p) {
-    const Vec<Dim> f = force(p);
-    if (f.isZero(0.0)) continue;
-    Scalar N[Basis::nodes];
-    basis.functions(p, N);
-    for (int i = 0; i < Basis::nodes; ++i)
-      for (int d = 0; d < Dim; ++d)
-        sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d] += N[i][0] * f[d];
+  for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
+    NodeVector of_lane[lanes<Pack>];
+    unsigned acting = 0;  // bit per lane
+    for (Local p = first; p < std::min(bin.end, first + lanes<Pack>); ++p) {
+      const Vec<Dim> f = force(p);
+      if (f.isZero(0.0)) continue;
+      acting |= 1u << (p - first);
+      of_lane[p - first] = node_vector<Dim>(f);
+    }
+    if (acting == 0) continue;
+    give_functions<Dim>(basis, first, acting, [&](int lane) {
+      return
+          [=, f = of_lane[lane]](int i, double N) { general::add_to_node(sums, nodes[i], N * f); };
+    });
   }
 }
 
@@ -30,15 +119,21 @@ template <int Dim, class Basis>
 void add_contact_couples(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, const Particles<Dim>& particles) {
   const auto rows = particles.template rows<contact_components<Dim>>(Column::contact_couple);
-  for (Local p = bin.begin; p < bin.end; ++p) {
-    const auto C = contact_couple<Dim>(rows, p);
-    if (C.isZero(0.0)) continue;
-    Scalar dN[Dim][Basis::nodes];
-    basis.gradients(p, dN);
-    for (int i = 0; i < Basis::nodes; ++i)
-      for (int a = 0; a < Dim; ++a)
-        for (int b = 0; b < Dim; ++b)
-          sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + a] -= C(a, b) * dN[b][i][0];
+  for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
+    const unsigned acting = not_zero(rows, first, bin.end);
+    if (acting == 0) continue;
+    give_gradients<Dim>(basis, first, acting, [&](int lane) {
+      const auto C = contact_couple<Dim>(rows, first + lane);
+      std::array<NodeVector, Dim> column;
+      for (int b = 0; b < Dim; ++b)
+        column[static_cast<std::size_t>(b)] = node_vector<Dim>(C.col(b));
+      return [=](int i, const double(&dN)[Dim]) {
+        double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
+        NodeVector sum = load<NodeVector>(at);
+        for (std::size_t b = 0; b < Dim; ++b) sum -= NodeVector(dN[b] * column[b]);
+        store(sum, at);
+      };
+    });
   }
 }
 

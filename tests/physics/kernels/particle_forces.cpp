@@ -1,0 +1,81 @@
+#include "physics/kernels/particle_forces.h"
+
+#include <doctest/doctest.h>
+
+#include "tests/physics/kernels/kernels_fixture.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// Forces of their own that some particles have, by slot, and their couples.
+template <int Dim>
+struct OwnForces {
+  std::vector<Vec<Dim>> force;
+  Particles<Dim> couples{ColumnLayout<Dim>({.contact = true})};
+
+  OwnForces(std::mt19937& random, Local slots) : force(static_cast<std::size_t>(slots)) {
+    couples.resize(slots);
+    const auto rows = couples.template rows<contact_components<Dim>>(Column::contact_couple);
+    for (Local p = 0; p < slots; ++p) {
+      Vec<Dim>& f = force[static_cast<std::size_t>(p)];
+      f = random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
+      if (random() % 3 == 0) f.setZero();
+      if (random() % 2 == 0)
+        for (double* row : rows) row[p] = uniform(random, -1, 1);
+    }
+  }
+  const Vec<Dim>& of(Local p) const { return force[static_cast<std::size_t>(p)]; }
+};
+
+/// What the definitions say, one particle and one node after the other.
+template <int Dim, class Basis>
+void add_one_by_one(const Basis& basis, const ParticleBin& bin, const Local* nodes, double* sums,
+                    const OwnForces<Dim>& own) {
+  const auto rows = own.couples.template rows<contact_components<Dim>>(Column::contact_couple);
+  const auto of_node = [&](int i) {
+    return sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
+  };
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    Scalar N[Basis::nodes];
+    basis.functions(p, N);
+    for (int i = 0; i < Basis::nodes; ++i)
+      for (int d = 0; d < Dim; ++d) of_node(i)[d] += N[i][0] * own.of(p)[d];
+  }
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    const auto C = contact_couple<Dim>(rows, p);
+    Scalar dN[Dim][Basis::nodes];
+    basis.gradients(p, dN);
+    for (int i = 0; i < Basis::nodes; ++i)
+      for (int a = 0; a < Dim; ++a)
+        for (int b = 0; b < Dim; ++b) of_node(i)[a] -= C(a, b) * dN[b][i][0];
+  }
+}
+
+}  // namespace
+
+TEST_CASE("nodes get the same bits of particles' own forces by packs as one by one") {
+  std::mt19937 random(5);
+  const auto check = [&](auto make) {
+    auto f = make();
+    constexpr int Dim = decltype(f)::dim;
+    f.fill(random, Slots::with_free);
+    const OwnForces<Dim> own(random, f.patch.particles.size());
+    NodeArray sums(static_cast<std::size_t>(f.patch.n_nodes()) * sum_stride);
+    for (double& sum : sums) sum = uniform(random, -1, 1);
+    NodeArray expected = sums;
+    for_each_bin_with_basis(
+        f.patch, f.patch.bins, [](const ParticleBin&) { return true; },
+        [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+          add_particle_forces<Dim>(basis, bin, nodes, sums.data(),
+                                   [&](Local p) { return own.of(p); });
+          add_contact_couples(basis, bin, nodes, sums.data(), own.couples);
+          add_one_by_one(basis, bin, nodes, expected.data(), own);
+        });
+    CHECK(sums == expected);
+  };
+  with_every_kind(check);
+  with_wide_functions(check);
+  with_elements(check);
+}
