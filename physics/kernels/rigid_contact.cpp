@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "physics/basis/any_basis.h"
@@ -10,6 +11,7 @@
 #include "physics/materials/law.h"
 #include "physics/particles/contact_couple.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/pack_bits.h"
 
 namespace lahar {
 
@@ -58,53 +60,71 @@ void add_stiffness(Touched<Dim>& to, const RigidBody<Dim>& body, double k, const
   if (most > 0) to.stiffness += body.friction * k * t * normal.transpose();
 }
 
-/// A particle is further from all bodies than it gets in a step.
+/// Particles of one pack, with which a step deals together.
 template <int Dim>
-bool is_away(const Touching<Dim>& p, const Bodies<Dim>& bodies, double step) {
-  for (std::size_t k = 0; k < bodies.size(); ++k)
-    if (bodies.nearest(k, p.x).distance < p.reach + step) return false;
-  return true;
+using TouchingPack = std::array<Touching<Dim>, lanes<Pack>>;
+template <int Dim>
+using NearestPack = std::array<typename Solid<Dim>::Nearest, lanes<Pack>>;
+
+/// Where body k is nearest to the particles whose bits are set. (One question takes long, but the
+/// processor answers several at a time if nothing else is between them.)
+template <int Dim>
+NearestPack<Dim> find_nearest(const TouchingPack<Dim>& at, unsigned bits, const Bodies<Dim>& bodies,
+                              std::size_t k) {
+  NearestPack<Dim> near;
+  for_each_bit(bits, [&](std::size_t lane) { near[lane] = bodies.nearest(k, at[lane].x); });
+  return near;
 }
 
-/// Contact of a particle with all bodies. `rest` is the shear of the step before: each body takes
-/// the part along its surface, as far as friction allows. A body that is nearer than `closed` [m]
-/// is closed. Without `reactions` the stiffness is found instead.
+/// Which of the particles whose bits are set are further from all bodies than they get in a step.
 template <int Dim>
-Touched<Dim> touch(const Touching<Dim>& p, Vec<Dim> rest, const Bodies<Dim>& bodies, double closed,
-                   std::vector<Reaction>* reactions) {
-  Touched<Dim> all;
-  for (std::size_t k = 0; k < bodies.size(); ++k) {
-    const auto near = bodies.nearest(k, p.x);
-    const double gap = near.distance - p.reach;
-    if (!(gap < closed)) continue;
-    all.any = true;
-    const RigidBody<Dim>& body = bodies[k];
-    const Vec<Dim> move = p.move - p.dt * bodies.at(k).velocity_at(p.x);
-    const double closing = -move.dot(near.normal);
-    const Vec<Dim> slip = move + closing * near.normal;
-    const double spring = -p.stiffness * gap;
-    const double push = std::max(0.0, spring + p.damping / p.dt * closing);
-    Vec<Dim> shear = rest - rest.dot(near.normal) * near.normal - p.stiffness * slip;
-    const double most = push > 0 ? body.friction * push + body.cohesion * p.area : 0.0;
-    if (!reactions) add_stiffness<Dim>(all, body, p.stiffness, near.normal, shear, most);
-    const double size = shear.norm();
-    if (size > most) {
-      all.lost += most * (size - most) / p.stiffness;  // slides by the rest of the spring
-      shear *= most / size;
-    }
-    // What friction leaves is for the dashpot along the surface.
-    Vec<Dim> drag = -p.damping / p.dt * slip;
-    if (const double sum = (shear + drag).norm(); sum > most)
-      drag = (shear + drag) * (most / sum) - shear;
-    all.lost += (push - std::max(0.0, spring)) * closing - drag.dot(slip);
-    rest -= shear;
-    all.shear += shear;
-    const Vec<Dim> force = push * near.normal + shear + drag;
-    all.force += force;
-    all.couple += push * std::max(0.0, near.distance) * near.normal * near.normal.transpose();
-    if (reactions) (*reactions)[k].template add<Dim>(-force, p.x - bodies.at(k).origin);
+unsigned which_are_away(const TouchingPack<Dim>& at, unsigned bits, const Bodies<Dim>& bodies,
+                        double step) {
+  for (std::size_t k = 0; k < bodies.size() && bits != 0; ++k) {
+    const auto near = find_nearest(at, bits, bodies, k);
+    for_each_bit(bits, [&](std::size_t lane) {
+      bits &= ~(static_cast<unsigned>(near[lane].distance < at[lane].reach + step) << lane);
+    });
   }
-  return all;
+  return bits;
+}
+
+/// Contact of a particle with body k, which is nearest to it as `near` says. `rest` is what is left
+/// of the shear of the step before: each body takes the part along its surface, as far as friction
+/// allows. A body that is nearer than `closed` [m] is closed. Without `reactions` the stiffness is
+/// found instead.
+template <int Dim>
+void touch(const Touching<Dim>& p, const Bodies<Dim>& bodies, std::size_t k,
+           const typename Solid<Dim>::Nearest& near, double closed,
+           std::vector<Reaction>* reactions, Vec<Dim>& rest, Touched<Dim>& all) {
+  const double gap = near.distance - p.reach;
+  if (!(gap < closed)) return;
+  all.any = true;
+  const RigidBody<Dim>& body = bodies[k];
+  const Vec<Dim> move = p.move - p.dt * bodies.at(k).velocity_at(p.x);
+  const double closing = -move.dot(near.normal);
+  const Vec<Dim> slip = move + closing * near.normal;
+  const double spring = -p.stiffness * gap;
+  const double push = std::max(0.0, spring + p.damping / p.dt * closing);
+  Vec<Dim> shear = rest - rest.dot(near.normal) * near.normal - p.stiffness * slip;
+  const double most = push > 0 ? body.friction * push + body.cohesion * p.area : 0.0;
+  if (!reactions) add_stiffness<Dim>(all, body, p.stiffness, near.normal, shear, most);
+  const double size = shear.norm();
+  if (size > most) {
+    all.lost += most * (size - most) / p.stiffness;  // slides by the rest of the spring
+    shear *= most / size;
+  }
+  // What friction leaves is for the dashpot along the surface.
+  Vec<Dim> drag = -p.damping / p.dt * slip;
+  if (const double sum = (shear + drag).norm(); sum > most)
+    drag = (shear + drag) * (most / sum) - shear;
+  all.lost += (push - std::max(0.0, spring)) * closing - drag.dot(slip);
+  rest -= shear;
+  all.shear += shear;
+  const Vec<Dim> force = push * near.normal + shear + drag;
+  all.force += force;
+  all.couple += push * std::max(0.0, near.distance) * near.normal * near.normal.transpose();
+  if (reactions) (*reactions)[k].template add<Dim>(-force, p.x - bodies.at(k).origin);
 }
 
 template <int Dim>
@@ -165,23 +185,26 @@ double contact_area(double volume, double reach, double h) {
   return std::max(of_box, std::min(0.5 * volume / reach, std::pow(0.5 * h, Dim - 1)));
 }
 
-/// A particle at the beginning of a step, with the spring that its material gives it.
+/// A particle at the beginning of a step.
 template <int Dim>
-Touching<Dim> touching(const ContactRows<Dim>& rows, const ContactBin& bin, Local p,
-                       const Bodies<Dim>& bodies) {
-  const double mass = rows.mass[p], volume = mass / bin.density;
-  const Vec<Dim> x = get<Dim>(rows.x, p);
+void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bin, Local p,
+           const Bodies<Dim>& bodies) {
+  at.x = get<Dim>(rows.x, p);
+  at.mass = rows.mass[p];
   double& reach = rows.reach[p];
-  if (!(reach > 0)) reach = first_reach(reach, x, volume, bodies);
-  const double area = contact_area<Dim>(volume, reach, bin.h);
-  return {.x = x,
-          .move = Vec<Dim>::Zero(),
-          .dt = 0,
-          .mass = mass,
-          .area = area,
-          .reach = reach,
-          .stiffness = bin.modulus * area / (0.5 * bin.h),
-          .damping = 0};
+  if (!(reach > 0)) reach = first_reach(reach, at.x, at.mass / bin.density, bodies);
+  at.reach = reach;
+  at.damping = 0;
+}
+
+/// The step moves it, and its material gives it a spring.
+template <int Dim>
+void move_with_step(Touching<Dim>& p, const ContactBin& bin, const Vec<Dim>& move, double dt) {
+  p.x += move;
+  p.move = move;
+  p.dt = dt;
+  p.area = contact_area<Dim>(p.mass / bin.density, p.reach, bin.h);
+  p.stiffness = bin.modulus * p.area / (0.5 * bin.h);
 }
 
 /// The longest step that a particle allows, as far as a run takes it [s]. A step that is cut short
@@ -199,6 +222,26 @@ void limit_spring(Touching<Dim>& p, const ContactBin& bin, double longest) {
   p.stiffness = std::min(p.stiffness, most_share * p.mass / (longest * longest));
   const double layer = 0.5 * bin.density * p.area * bin.h;
   p.damping = 2 * damping_ratio * std::sqrt(p.stiffness * std::min(layer, p.mass));
+}
+
+/// Contact of the particles whose bits are set, of the pack from `first` on, with all bodies.
+template <int Dim>
+std::array<Touched<Dim>, lanes<Pack>> touch(const TouchingPack<Dim>& at, unsigned bits,
+                                            const ContactRows<Dim>& rows, Local first,
+                                            const Bodies<Dim>& bodies,
+                                            std::vector<Reaction>& reactions) {
+  std::array<Touched<Dim>, lanes<Pack>> now;
+  std::array<Vec<Dim>, lanes<Pack>> rest;
+  for_each_bit(bits, [&](std::size_t lane) {
+    rest[lane] = get<Dim>(rows.shear, first + static_cast<Local>(lane));
+  });
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    const auto near = find_nearest(at, bits, bodies, k);
+    for_each_bit(bits, [&](std::size_t lane) {
+      touch<Dim>(at[lane], bodies, k, near[lane], 0.0, &reactions, rest[lane], now[lane]);
+    });
+  }
+  return now;
 }
 
 }  // namespace
@@ -235,31 +278,42 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         const ContactBin common = contact_bin(patch, step, bin);
         const double longest = longest_step(step, common);
-        for (Local p = bin.begin; p < bin.end; ++p) {
-          Touching<Dim> at = touching(rows, common, p, bodies);
-          const Vec<Dim> old = get<Dim>(rows.force, p);
-          if (old.isZero(0.0) && is_away(at, bodies, 0.5 * common.h)) continue;
-          Scalar sum[2][Dim];
-          general::interpolate<Dim, 2, Scalar>(basis, p, fields, nodes, sum);
-          Vec<Dim> move, mean;  // and the move with the mean velocity
-          for (int d = 0; d < Dim; ++d) {
-            move[d] = step.dt * sum[0][d][0];
-            mean[d] = implicit ? move[d] : move[d] - 0.5 * step.dt * step.dt * sum[1][d][0];
-          }
-          at.x += move;
-          at.move = move;
-          at.dt = step.dt;
-          if (!implicit) limit_spring(at, common, longest);
-          const Touched<Dim> now =
-              touch<Dim>(at, get<Dim>(rows.shear, p), bodies, 0.0, &patch.reactions);
-          const Vec<Dim> worked = implicit ? Vec<Dim>(0.5 * (old + now.force)) : old;
-          patch.work.internal -= worked.dot(mean) + now.lost;
-          patch.work.damping += now.lost;
-          patch.work.friction += now.lost;
-          set<Dim>(rows.force, p, now.force);
-          set<Dim>(rows.shear, p, now.shear);
-          set_contact_couple<Dim>(rows.couple, p,
-                                  implicit ? ContactCouple<Dim>::Zero() : now.couple);
+        TouchingPack<Dim> at;
+        for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
+          const unsigned all = first_bits<Pack>(bin.end - first);
+          for_each_bit(all, [&](std::size_t lane) {
+            begin(at[lane], rows, common, first + static_cast<Local>(lane), bodies);
+          });
+          const unsigned touched = not_zero(rows.force, first, bin.end);
+          const unsigned near = all & ~which_are_away(at, all & ~touched, bodies, 0.5 * common.h);
+          if (near == 0) continue;
+          Pack sum[2][Dim];
+          general::interpolate<Dim, 2, Pack>(basis, first, fields, nodes, sum);
+          std::array<Vec<Dim>, lanes<Pack>> mean;  // move with the mean velocity
+          for_each_bit(near, [&](std::size_t lane) {
+            Vec<Dim> move;
+            for (int d = 0; d < Dim; ++d) {
+              move[d] = step.dt * sum[0][d][static_cast<int>(lane)];
+              mean[lane][d] =
+                  implicit ? move[d]
+                           : move[d] - 0.5 * step.dt * step.dt * sum[1][d][static_cast<int>(lane)];
+            }
+            move_with_step(at[lane], common, move, step.dt);
+            if (!implicit) limit_spring(at[lane], common, longest);
+          });
+          const auto now = touch(at, near, rows, first, bodies, patch.reactions);
+          for_each_bit(near, [&](std::size_t lane) {
+            const Local p = first + static_cast<Local>(lane);
+            const Vec<Dim> old = get<Dim>(rows.force, p);
+            const Vec<Dim> worked = implicit ? Vec<Dim>(0.5 * (old + now[lane].force)) : old;
+            patch.work.internal -= worked.dot(mean[lane]) + now[lane].lost;
+            patch.work.damping += now[lane].lost;
+            patch.work.friction += now[lane].lost;
+            set<Dim>(rows.force, p, now[lane].force);
+            set<Dim>(rows.shear, p, now[lane].shear);
+            set_contact_couple<Dim>(rows.couple, p,
+                                    implicit ? ContactCouple<Dim>::Zero() : now[lane].couple);
+          });
         }
       });
 }
@@ -271,14 +325,18 @@ void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
       patch, bins,
       [&](const ParticleBin& bin) { return has_particle_forces(patch, bin, *step.model); },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        for (Local p = bin.begin; p < bin.end; ++p) {
-          const auto couple = contact_couple<Dim>(rows.couple, p);
-          if (couple.isZero(0.0)) continue;
-          Scalar L[Dim][Dim];
-          general::gradient<Dim, Scalar>(basis, p, patch.velocity.data(), nodes, L);
-          for (int a = 0; a < Dim; ++a)
-            for (int b = 0; b < Dim; ++b)
-              patch.work.internal += step.dt * couple(a, b) * L[a][b][0];
+        for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
+          const unsigned acting = not_zero(rows.couple, first, bin.end);
+          if (acting == 0) continue;
+          Pack L[Dim][Dim];
+          general::gradient<Dim, Pack>(basis, first, patch.velocity.data(), nodes, L);
+          double work = patch.work.internal;
+          for_each_bit(acting, [&](int lane) {
+            const auto couple = contact_couple<Dim>(rows.couple, first + lane);
+            for (int a = 0; a < Dim; ++a)
+              for (int b = 0; b < Dim; ++b) work += step.dt * couple(a, b) * L[a][b][lane];
+          });
+          patch.work.internal = work;
         }
       });
 }
@@ -295,12 +353,13 @@ ImplicitContact<Dim> contact_after(Patch<Dim>& patch, const StepContext<Dim>& st
   const Bodies<Dim> bodies(patch, step);
   const ContactRows<Dim> rows(patch.particles);
   const ContactBin common = contact_bin(patch, step, bin);
-  Touching<Dim> at = touching(rows, common, p, bodies);
-  at.x += move;
-  at.move = move;
-  at.dt = step.dt;
-  const Touched<Dim> now =
-      touch<Dim>(at, get<Dim>(rows.shear, p), bodies, closed * common.h, nullptr);
+  Touching<Dim> at;
+  begin(at, rows, common, p, bodies);
+  move_with_step(at, common, move, step.dt);
+  Touched<Dim> now;
+  Vec<Dim> rest = get<Dim>(rows.shear, p);
+  for (std::size_t k = 0; k < bodies.size(); ++k)
+    touch<Dim>(at, bodies, k, bodies.nearest(k, at.x), closed * common.h, nullptr, rest, now);
   return {now.force, now.stiffness, now.any, now.slides};
 }
 
@@ -313,17 +372,18 @@ void keep_outside(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
   const auto u = particles.template rows<Dim>(Column::u);
   for (const ParticleBin& bin : bins) {
     if (bin.begin == bin.end || !is_near(patch, bin, bodies)) continue;
-    for (Local p = bin.begin; p < bin.end; ++p) {
-      if (get<Dim>(rows.force, p).isZero(0.0)) continue;
-      for (std::size_t k = 0; k < bodies.size(); ++k) {
-        const auto near = bodies.nearest(k, get<Dim>(rows.x, p));
-        if (!(near.distance < 0)) continue;
-        const Vec<Dim> out = -near.distance * near.normal;
-        set<Dim>(rows.x, p, get<Dim>(rows.x, p) + out);
-        set<Dim>(u, p, get<Dim>(u, p) + out);
-        rows.reach[p] -= near.distance;
-      }
-    }
+    for (Local first = bin.begin; first < bin.end; first += lanes<Pack>)
+      for_each_bit(not_zero(rows.force, first, bin.end), [&](int lane) {
+        const Local p = first + lane;
+        for (std::size_t k = 0; k < bodies.size(); ++k) {
+          const auto near = bodies.nearest(k, get<Dim>(rows.x, p));
+          if (!(near.distance < 0)) continue;
+          const Vec<Dim> out = -near.distance * near.normal;
+          set<Dim>(rows.x, p, get<Dim>(rows.x, p) + out);
+          set<Dim>(u, p, get<Dim>(u, p) + out);
+          rows.reach[p] -= near.distance;
+        }
+      });
   }
 }
 
