@@ -135,7 +135,8 @@ class Study {
       if (found_[i].empty()) continue;  // the failure was reported
       const double error = found_[i].at(number) / reference - 1;
       const std::string text = fmt::format(
-          "{}, {}: cell {}, step {:.2e} s: {:.4g}, reference {:.4g}, error {:+.1f} %, known {:+.0f} "
+          "{}, {}: cell {}, step {:.2e} s: {:.4g}, reference {:.4g}, error {:+.1f} %, known "
+          "{:+.0f} "
           "to {:+.0f} %",
           name_, number, cells_[i], found_[i].at("dt"), found_[i].at(number), reference,
           100 * error, 100 * least, 100 * most);
