@@ -286,6 +286,14 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
                                                                                   ^
   hint: give 'relaxation' or 'relaxation_time'
 )"},
+    {"a viscosity beside a filter that takes nothing",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"flip\", \"velocity_update_settings\": {\"viscosity\": 1, \"order\": 3}, \"dt\"")},
+     {},
+     R"(mpm.json:19:110: error: 'viscosity' alone leaves nothing to a filter of order 3 [/analysis/velocity_update_settings/viscosity]
+  plicit2D", "velocity_update": "flip", "velocity_update_settings": {"viscosity": 1, "order": 3}, "dt": 0.001, "nsteps": 10},
+                                                                                  ^
+  hint: give 'relaxation' as well, which is what the filter takes, or order 1
+)"},
     {"corners that move with nodes where particles do not",
      {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"asflip\", \"shape_functions\": \"cpdi2\", \"dt\"")},
      {},
@@ -467,5 +475,5 @@ mpm.json:20:94: error: 'history_steps' and 'history_dt' both say when rows come 
                     ^
 )"},
   };
-  check(table, 58);
+  check(table, 59);
 }
