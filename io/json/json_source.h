@@ -60,7 +60,8 @@ class JsonDocument {
  public:
   /// Parse `text`. Syntax errors and duplicate keys go to `problems`; the root is then invalid
   /// (syntax) or has the first of the duplicates.
-  /// `printed`: a program wrote the text, and nobody has seen its lines. Problems do not name them.
+  /// `printed` says that a program wrote the text. Its lines are then unknown to the user, and
+  /// problems do not name them.
   JsonDocument(std::string file, std::string text, ProblemList& problems, bool printed = false);
 
   JsonValue root;

@@ -85,7 +85,7 @@ class ParticleView {
             const Bounds& within);
   void draw(const Point& from, const Point& to);
   void put_body(int i, int j, double depth, double light);
-  /// How near the particle is to the eye, or the body where there is no particle [m].
+  /// Nearness to the eye [m]: that of the particle, or of the body if there is no particle.
   double depth_at(std::size_t k) const;
   double shade(int i, int j) const;
   std::size_t index(int i, int j) const {
