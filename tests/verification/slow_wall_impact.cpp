@@ -83,7 +83,7 @@ TEST_CASE("sand that slides down a chute pushes a wall as the balance of forces 
                0.05);
   CHECK(study.value("largest force / weight") > study.value("force at rest / weight"));
   study.stays_below("lost share", 0.001);
-  study.converges("largest force / weight", 0, 0.06, 0.1);
+  study.converges("largest force / weight", 0, 0.05, 0.1);
   study.converges("time of the largest force");
-  study.converges("force at rest / weight", 0, 0.06, 0.1);
+  study.converges("force at rest / weight", 0, 0.05, 0.1);
 }

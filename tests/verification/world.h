@@ -128,22 +128,6 @@ class Study {
   void agrees(const std::string& number, double reference, double band) const {
     agrees(number, reference, reference, band);
   }
-  /// The number is off the reference by a share from `least` to `most` in all three runs: an error
-  /// that results.md states. A smaller one fails, too, so that the page does not stay behind.
-  void is_off(const std::string& number, double reference, double least, double most) const {
-    for (std::size_t i = 0; i < found_.size(); ++i) {
-      if (found_[i].empty()) continue;  // the failure was reported
-      const double error = found_[i].at(number) / reference - 1;
-      const std::string text = fmt::format(
-          "{}, {}: cell {}, step {:.2e} s: {:.4g}, reference {:.4g}, error {:+.1f} %, known "
-          "{:+.0f} "
-          "to {:+.0f} %",
-          name_, number, cells_[i], found_[i].at("dt"), found_[i].at(number), reference,
-          100 * error, 100 * least, 100 * most);
-      MESSAGE(text);
-      CHECK_MESSAGE((error >= least && error <= most), text);
-    }
-  }
   /// The number is at most `limit` in all three runs.
   void stays_below(const std::string& number, double limit) const {
     for (std::size_t i = 0; i < found_.size(); ++i) {
