@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "io/scenario/scenario_builder.h"
 #include "physics/materials/law.h"
@@ -208,13 +209,11 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   const double per_rate = smoothing(a.functions, info(mesh_->element()).order) * h * h;  // [m^2]
   if (a.transfer.order == 1 && a.affine == Affine::none) a.transfer.smoothing = per_rate;
   a.transfer.viscosity = viscosity_.value_or(0);
-  const bool beside = a.transfer.order > 1;  // the filter
-  const double viscous = a.transfer.viscosity / per_rate;
-  if (beside) a.transfer.viscous = viscous;
+  double least = a.transfer.viscosity / per_rate;                            // [1/s]
+  if (a.transfer.order > 1) a.transfer.viscous = std::exchange(least, 0.0);  // beside the filter
   for (const double c : slowest)
-    a.transfer.rates.push_back(
-        relaxation_time_ ? 1.0 / *relaxation_time_
-                         : std::max(relaxation_.value_or(0) * c / h, beside ? 0.0 : viscous));
+    a.transfer.rates.push_back(relaxation_time_ ? 1.0 / *relaxation_time_
+                                                : std::max(relaxation_.value_or(0) * c / h, least));
   if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
                   [](double rate) { return rate == 0.0; })) {
     const double separation = a.transfer.separation;

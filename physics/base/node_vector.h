@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/base/simd.h"
+#include "physics/base/types.h"
 
 namespace lahar {
 
@@ -17,5 +18,13 @@ inline constexpr int node_width = 4;
 inline constexpr int mass_lane = 3;
 using NodeVector = PackOf<node_width>;
 using NodeArray = std::vector<double, Eigen::aligned_allocator<double>>;
+
+/// {f, 0}
+template <int Dim>
+LAHAR_INLINE NodeVector node_vector(const Vec<Dim>& f) {
+  double values[node_width] = {};
+  for (int d = 0; d < Dim; ++d) values[d] = f[d];
+  return load<NodeVector>(values);
+}
 
 }  // namespace lahar

@@ -126,11 +126,8 @@ template <int Dim>
 void find_supports_of_implicit(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (!begin(patch)) return;
   add(patch, *step.model, patch.velocity, [&](Local node) {
-    const Vec<Dim> on_support = force_on_support(patch, node);
-    double values[node_width] = {};
-    for (int d = 0; d < Dim; ++d) values[d] = on_support[d];
     return patch.implicit.own_mass[static_cast<std::size_t>(node)] /
-           at(patch.velocity, node)[mass_lane] * load<NodeVector>(values);
+           at(patch.velocity, node)[mass_lane] * node_vector<Dim>(force_on_support(patch, node));
   });
 }
 

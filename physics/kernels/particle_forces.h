@@ -5,22 +5,14 @@
 #include <algorithm>
 #include <array>
 
+#include "physics/base/pack_bits.h"
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/particles/contact_couple.h"
 #include "physics/particles/loads.h"
-#include "physics/particles/pack_bits.h"
 
 namespace lahar {
-
-/// {f, 0}
-template <int Dim>
-LAHAR_INLINE NodeVector node_vector(const Vec<Dim>& f) {
-  double values[node_width] = {};
-  for (int d = 0; d < Dim; ++d) values[d] = f[d];
-  return load<NodeVector>(values);
-}
 
 /// Call take(i, k) for the nodes i, of numbers k along the axes, that a particle of a tensor basis
 /// reaches.

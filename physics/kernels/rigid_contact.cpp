@@ -5,13 +5,13 @@
 #include <array>
 #include <cmath>
 
+#include "physics/base/pack_bits.h"
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/near_bodies.h"
 #include "physics/materials/law.h"
 #include "physics/particles/contact_couple.h"
 #include "physics/particles/loads.h"
-#include "physics/particles/pack_bits.h"
 
 namespace lahar {
 

@@ -4,8 +4,8 @@
 /// along the second and third axis one after the other: the nodes that particles of one octant
 /// reach have their sums in registers.
 #include <algorithm>
-#include <bit>
 
+#include "physics/base/pack_bits.h"
 #include "physics/basis/tensor_basis.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/particle_forces.h"
@@ -171,7 +171,7 @@ struct Octants {
       for (int k = 0; k < reached; ++k) LAHAR_UNROLL
       for (int l = 0; l < reached; ++l) LAHAR_UNROLL
       for (int i = 0; i < 2; ++i) sums[k][l][i] = load<NodePair>(at(k, l, i));
-      for (; bits != 0; bits &= bits - 1) add(std::countr_zero(bits), sums);
+      for_each_bit(bits, [&](int lane) { add(lane, sums); });
       LAHAR_UNROLL
       for (int k = 0; k < reached; ++k) LAHAR_UNROLL
       for (int l = 0; l < reached; ++l) LAHAR_UNROLL

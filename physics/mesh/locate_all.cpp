@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "physics/base/pack_bits.h"
 #include "physics/mesh/cell_polynomial.h"
 #include "physics/mesh/inverse_mapping.h"
 
@@ -132,12 +132,12 @@ struct NearPoints {
           const auto e = static_cast<Eigen::Index>(d);
           bits &= greater(x, Pack(low[e])) & greater(Pack(high[e]), x);
         }
-        for (; bits != 0; bits &= bits - 1) {
-          const std::size_t j = k + static_cast<std::size_t>(std::countr_zero(bits));
-          if (found[j] >= 0) continue;
+        for_each_bit(bits, [&](std::size_t lane) {
+          const std::size_t j = k + lane;
+          if (found[j] >= 0) return;
           place.push_back(j);
           for (std::size_t d = 0; d < Dim; ++d) at[d].push_back(points.at[d][j]);
-        }
+        });
       }
     });
     for (auto& row : at) row.resize(place.size() + lanes<Pack>);
@@ -174,8 +174,7 @@ void locate_inside(const Mesh<Dim>& mesh, std::span<const Vec<Dim>> x, std::span
     if (near.place.empty()) continue;
     const auto map = polynomial<Dim>(geometry);
     for (std::size_t k = 0; k < near.place.size(); k += lanes<Pack>)
-      for (unsigned bits = near.inside(map, k); bits != 0; bits &= bits - 1)
-        found[near.place[k + static_cast<std::size_t>(std::countr_zero(bits))]] = c;
+      for_each_bit(near.inside(map, k), [&](std::size_t lane) { found[near.place[k + lane]] = c; });
   }
   for (std::size_t k = 0; k < found.size(); ++k)
     if (found[k] >= 0) cell[points.point[k]] = found[k];
