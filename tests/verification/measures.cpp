@@ -55,6 +55,38 @@ TEST_CASE("a deposit thinner than a layer everywhere ends where it begins") {
   CHECK(depths_along_x(state_of({{0.5, 0}}), 1, 0, 1).front(2) == 0);
 }
 
+TEST_CASE("mean depths are those of the material, and where they end does not depend on columns") {
+  // A wedge from depth 2 at 0 to nothing at 4: grains of 1 kg in columns of 0.01.
+  const auto end_of = [](double shift) {
+    std::vector<Grain> grains;
+    for (int i = 0; i < 400; ++i) {
+      const double x = 0.01 * (i + 0.5) + shift;
+      for (int k = 0; k < std::lround(100 * (4 - x)); ++k) grains.push_back({x, 0.0});
+    }
+    const State state = state_of(grains);
+    const Curve curve = mean_depths(
+        state, 20000, 0.5, [&](Index p) { return state.x(p, 0); }, [](double) { return 1.0; });
+    CHECK(curve.at(1) == doctest::Approx(1.5).epsilon(0.01));
+    CHECK(curve.at(3) == doctest::Approx(0.5).epsilon(0.01));
+    CHECK(curve.y.back() == 0);
+    return curve.first_below(0.5);
+  };
+  CHECK(end_of(0) == doctest::Approx(3).epsilon(0.005));
+  CHECK(end_of(0.003) == doctest::Approx(3).epsilon(0.005));
+}
+
+TEST_CASE("mean depths at a plane of symmetry are not halved, and grains that fly are no deposit") {
+  std::vector<Grain> grains;
+  for (int i = 0; i < 100; ++i) grains.push_back({0.01 * (i + 0.5), 0.0});
+  grains.push_back({5, 0});
+  const State state = state_of(grains);
+  const Curve curve = mean_depths(
+      state, 100, 0.1, [&](Index p) { return state.x(p, 0); }, [](double) { return 1.0; });
+  CHECK(curve.at(0) == doctest::Approx(1));
+  CHECK(curve.at(0.5) == doctest::Approx(1));
+  CHECK(curve.first_below(0.5) == doctest::Approx(1).epsilon(0.01));
+}
+
 TEST_CASE("depths of rings give a cylinder its height out to its radius") {
   Frame frame;
   frame.dim = 3;

@@ -42,6 +42,15 @@ struct Curve {
         return x[i - 1] + (value - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]);
     return x.back();
   }
+  /// The first x at which the curve falls below `value`, linear between points; x of the last point
+  /// if it never does.
+  double first_below(double value) const {
+    if (y.front() < value) return x.front();
+    for (std::size_t i = 1; i < x.size(); ++i)
+      if (y[i] < value)
+        return x[i - 1] + (y[i - 1] - value) / (y[i - 1] - y[i]) * (x[i] - x[i - 1]);
+    return x.back();
+  }
   /// Mean between two x.
   double mean(double from, double to) const {
     constexpr int parts = 200;
@@ -118,6 +127,36 @@ inline Depths depths_along_radius(const State& state, double density, double wid
       [&](std::size_t i) {
         return std::numbers::pi * width * width * static_cast<double>(2 * i + 1);
       });
+}
+
+/// Depth [m] along a flow that ends at its plane or axis of symmetry, 0: at each place that of
+/// columns of `width` in the mean over all places where columns could begin, so that none decides
+/// where a thin sheet ends. A grain's share falls linearly from its place to nothing at a width
+/// away; what falls on the other side of 0 is that of a grain there. `breadth(x)`: of the flow at
+/// x [m; in 2D 1].
+template <class Place, class Breadth>
+Curve mean_depths(const State& state, double density, double width, Place place, Breadth breadth) {
+  constexpr int per_width = 16;
+  const double spacing = width / per_width;
+  std::vector<double> depth;
+  const auto add = [&](double x, double share) {
+    const double first = std::max(0.0, std::ceil((x - width) / spacing));
+    for (auto i = static_cast<std::size_t>(first); static_cast<double>(i) * spacing < x + width;
+         ++i) {
+      if (i >= depth.size()) depth.resize(i + 1, 0.0);
+      depth[i] += share * (1 - std::abs(static_cast<double>(i) * spacing - x) / width);
+    }
+  };
+  for (Index p = 0; p < state.size(); ++p) {
+    const double x = place(p), share = state.get("mass", p) / (density * breadth(x) * width);
+    add(x, share);
+    if (x < width) add(-x, share);
+  }
+  Curve curve;
+  for (std::size_t i = 0; i < depth.size(); ++i)
+    curve.add(static_cast<double>(i) * spacing, depth[i]);
+  curve.add(static_cast<double>(depth.size()) * spacing, 0.0);  // nothing lies beyond
+  return curve;
 }
 
 /// Depths of rings around the z axis, of a body of which a quarter is computed.

@@ -20,6 +20,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "tests/verification/world.h"
@@ -30,14 +31,19 @@ using namespace lahar::verification;
 namespace {
 
 constexpr double L0 = 0.1, density = 1600, g = 9.81;
-/// The larger cell. Columns of depth are two of them wide, so that a gap between two particles of a
-/// thin sheet is not its end, and a layer is what a particle of that cell covers: 3 % of L0, ten
+/// The largest cell. Columns of depth are two of them wide, so that a gap between two particles of
+/// a thin sheet is not its end, and a layer is what a particle of that cell covers: 3 % of L0, ten
 /// grains of fine sand. The same for all cells.
 constexpr double cell = L0 / 16, width = 2 * cell, layer = cell / 2;
 /// What spreads around an axis is thinner: 1 % of the radius, some grains.
 constexpr double thin_layer = L0 / 100;
 /// A deposit is at rest where grains move slower than this share of sqrt(g h0), in the mean.
 constexpr double at_rest = 0.01;
+
+/// Sixteen cells are few for the height of a column: a = 1 runs out 8 % less than with 32 or 64.
+double first_cell(double a) {
+  return a < 1.5 ? cell / 2 : cell;
+}
 
 /// `plane` as in analysis: of half a column or, around x = 0, of a cylinder.
 Numbers section(const std::string& plane, double a, const Resolution& at) {
@@ -52,10 +58,14 @@ Numbers section(const std::string& plane, double a, const Resolution& at) {
                      fmt::format("analysis.plane={}", plane)}));
   run_to_end(simulation);
   const State end(simulation.frame());
-  const Depths d = plane == "strain" ? depths_along_x(end, density, 0, width)
-                                     : depths_along_radius(end, density, width);
-  keep_curve(fmt::format("sand-{}-{}", plane == "strain" ? "column" : "ring", a), at, d.curve());
-  return {{"run-out", d.front(plane == "strain" ? layer : thin_layer) / L0 - 1},
+  const bool around = plane == "axisymmetric";
+  const Depths d =
+      around ? depths_along_radius(end, density, width) : depths_along_x(end, density, 0, width);
+  const Curve depth = mean_depths(
+      end, density, width, [&](Index p) { return end.x(p, 0); },
+      [&](double x) { return around ? 2 * std::numbers::pi * x : 1.0; });
+  keep_curve(fmt::format("sand-{}-{}", around ? "ring" : "column", a), at, d.curve());
+  return {{"run-out", depth.first_below(around ? thin_layer : layer) / L0 - 1},
           {"height", d.highest() / L0},
           {"unrest", unrest(simulation.history(), h)},
           {"lost share", lost_share(simulation)},
@@ -68,8 +78,11 @@ Numbers quarter(const Resolution& at) {
   run_to_end(simulation);
   const State end(simulation.frame());
   const Depths d = depths_of_rings(end, density, ring);
+  const Curve depth = mean_depths(
+      end, density, ring, [&](Index p) { return std::hypot(end.x(p, 0), end.x(p, 1)); },
+      [](double r) { return std::numbers::pi / 2 * r; });
   keep_curve("sand-cylinder", at, d.curve());
-  return {{"run-out", d.front(thin_layer) / L0 - 1},
+  return {{"run-out", depth.first_below(thin_layer) / L0 - 1},
           {"height", d.highest() / L0},
           {"unrest", unrest(simulation.history(), h)},
           {"lost share", lost_share(simulation)},
@@ -77,8 +90,8 @@ Numbers quarter(const Resolution& at) {
 }
 
 void check_plane(double a) {
-  const Study study(fmt::format("plane column, a = {}", a), {fmt::format("{}", cell), 0.2},
-                    fmt::format("{}", cell / 2),
+  const Study study(fmt::format("plane column, a = {}", a), {fmt::format("{}", first_cell(a)), 0.2},
+                    fmt::format("{}", first_cell(a) / 2),
                     [&](const Resolution& at) { return section("strain", a, at); });
   const double low = 1.2 * a, high = 1.9 * std::pow(a, 2.0 / 3.0);
   study.agrees("run-out", a > 2.8 ? high : low, a < 1.8 ? low : high, 0.1);
@@ -115,8 +128,8 @@ TEST_CASE("a cylinder of sand runs out as far as experiments say") {
 
 TEST_CASE("a cylinder of sand in an axisymmetric model runs out as far as experiments say") {
   for (const double a : {0.875, 1.5}) {
-    const Study study(fmt::format("axisymmetric column, a = {}", a), {fmt::format("{}", cell), 0.2},
-                      fmt::format("{}", cell / 2),
+    const Study study(fmt::format("axisymmetric column, a = {}", a),
+                      {fmt::format("{}", first_cell(a)), 0.2}, fmt::format("{}", first_cell(a) / 2),
                       [&](const Resolution& at) { return section("axisymmetric", a, at); });
     study.agrees("run-out", 1.24 * a, 0.1);
     study.stays_below("unrest", at_rest);

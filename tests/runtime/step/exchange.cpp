@@ -1,6 +1,8 @@
 // The exchange of nodal sums between patches, for any width of the shared layer.
 #include <doctest/doctest.h>
 
+#include <array>
+#include <cstdint>
 #include <map>
 
 #include "physics/kernels/kernels.h"
@@ -13,10 +15,16 @@ namespace {
 
 /// A value that depends on patch, node and component; sums of these depend on their order.
 double dummy(Index patch, Index node, int component) {
-  std::seed_seq seed{patch, node, static_cast<Index>(component)};
-  std::mt19937_64 random(seed);
-  return std::uniform_real_distribution<>(-1, 1)(random) *
-         std::pow(10.0, std::uniform_int_distribution<>(-6, 6)(random));
+  std::uint64_t bits = 0;  // mixed as SplitMix64 does: a generator per value takes half a minute
+  for (const Index part : {patch, node, static_cast<Index>(component)}) {
+    bits += static_cast<std::uint64_t>(part) + 0x9e3779b97f4a7c15;
+    bits = (bits ^ bits >> 30) * 0xbf58476d1ce4e5b9;
+    bits = (bits ^ bits >> 27) * 0x94d049bb133111eb;
+    bits ^= bits >> 31;
+  }
+  constexpr std::array<double, 13> size{1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1,
+                                        1e1,  1e2,  1e3,  1e4,  1e5,  1e6};
+  return (static_cast<double>(bits >> 11) * 0x1p-52 - 1.0) * size[bits % size.size()];
 }
 
 constexpr std::size_t at(Local node, int component) {
@@ -44,19 +52,23 @@ void check_sums(Model<Dim> model, int rings) {
   copies.of[0] = 2;
   PatchSet<Dim> patches(model, rings, copies);
   REQUIRE(patches.size() > 8);
+  Index nodes = 0;
+  for (int i = 0; i < patches.size(); ++i) {
+    make_sums(patches[i]);
+    for (const Index node : patches[i].topology.nodes) nodes = std::max(nodes, node + 1);
+  }
   for (int k = 0; k < n_node_sums; ++k)
     for (int step = 0; step < copies.of[sum_array(static_cast<NodeSum>(k))]; ++step) {
       const auto which = static_cast<NodeSum>(k);
       // As a wider shape function would: every patch contributes to its ring too.
-      std::map<Index, std::array<double, node_width>> expected;
-      std::map<Index, int> holders;
+      std::vector<std::array<double, node_width>> expected(static_cast<std::size_t>(nodes));
+      std::vector<int> holders(static_cast<std::size_t>(nodes));
       for (int i = 0; i < patches.size(); ++i) {
         Patch<Dim>& patch = patches[i];
-        make_sums(patch);
         for (Local n = 0; n < patch.n_nodes(); ++n) {
           const Index node = patch.topology.nodes[static_cast<std::size_t>(n)];
-          auto& sum = expected.try_emplace(node).first->second;
-          ++holders[node];
+          auto& sum = expected[static_cast<std::size_t>(node)];
+          ++holders[static_cast<std::size_t>(node)];
           for (int c = 0; c < node_width; ++c) {
             const double value = dummy(patch.topology.patch, 2 * node + step, c);
             patch.own_sums(which, step)[sum_at(n, c)] = value;
@@ -70,7 +82,8 @@ void check_sums(Model<Dim> model, int rings) {
         Patch<Dim>& patch = patches[i];
         const auto& topology = patch.topology;
         for (std::size_t s = 0; s < topology.shared_node.size(); ++s) {
-          const Index node = topology.nodes[static_cast<std::size_t>(topology.shared_node[s])];
+          const auto node = static_cast<std::size_t>(
+              topology.nodes[static_cast<std::size_t>(topology.shared_node[s])]);
           most = std::max(most, holders[node]);
           same = same && topology.first[s + 1] - topology.first[s] == holders[node];
           for (int c = 0; c < node_width; ++c) {
