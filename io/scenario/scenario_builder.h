@@ -439,6 +439,7 @@ class ScenarioBuilder {
   std::optional<double> relaxation_;  ///< [-] of velocities, by the wave speed
   std::optional<double> relaxation_time_;                 ///< [s]
   std::optional<double> viscosity_;                       ///< [m^2/s] of velocities
+  std::optional<double> viscosity_length_;                ///< [m] of grains
   bool default_transfer_ = false;                         ///< nothing is written about the transfer
   bool moving_ = false;                                   ///< some generator gave a velocity
   std::map<int, int> liquids_;                            ///< by material: the one in its pores

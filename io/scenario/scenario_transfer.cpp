@@ -62,7 +62,10 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
   relaxation_ = get_number(*settings, "relaxation");
   relaxation_time_ = get_number(*settings, "relaxation_time");
   viscosity_ = get_number(*settings, "viscosity");
-  if (ratio.has_value() + (relaxation_ || viscosity_) + relaxation_time_.has_value() > 1)
+  viscosity_length_ = get_number(*settings, "viscosity_length");
+  if (ratio.has_value() + (relaxation_ || viscosity_ || viscosity_length_) +
+          relaxation_time_.has_value() >
+      1)
     in_.error(*settings,
               "'blending_ratio', 'relaxation_time', and 'relaxation' with 'viscosity' all say how "
               "much of its own velocity a particle keeps",
@@ -85,6 +88,10 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
               "'viscosity' does not go together with \"asflip\": nodes have the gradients of its "
               "affine field, and what it takes is not that of a viscosity",
               "give 'relaxation' or 'relaxation_time'");
+  if (viscosity_length_ && viscosity_)
+    in_.error(*settings->find("viscosity_length"),
+              "'viscosity_length' and 'viscosity' are two viscosities of one transfer",
+              "leave one of them");
   if (const auto order = get_integer(*settings, "order")) {
     transfer.order = static_cast<int>(*order);
     if (model_.analysis.affine != Affine::none && transfer.order > 1)
@@ -94,6 +101,10 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
                             transfer.order, name),
                 "leave it out, or set velocity_update to \"flip\"");
   }
+  if (viscosity_length_.value_or(0) > 0 && (transfer.order == 1 || relaxation_.value_or(0) == 0))
+    in_.error(*settings->find("viscosity_length"),
+              "'viscosity_length' acts beside a filter of order 2 or more",
+              "give 'relaxation', which the filter takes, and 'order' 3");
   if (viscosity_ && transfer.order > 1 && relaxation_.value_or(0) == 0)
     in_.error(
         *settings->find("viscosity"),
@@ -211,6 +222,8 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   a.transfer.viscosity = viscosity_.value_or(0);
   double least = a.transfer.viscosity / per_rate;                            // [1/s]
   if (a.transfer.order > 1) a.transfer.viscous = std::exchange(least, 0.0);  // beside the filter
+  a.transfer.viscosity_length = viscosity_length_.value_or(0);
+  if (a.transfer.viscosity_length > 0) a.transfer.per_viscosity = 1.0 / per_rate;
   for (const double c : slowest)
     a.transfer.rates.push_back(relaxation_time_ ? 1.0 / *relaxation_time_
                                                 : std::max(relaxation_.value_or(0) * c / h, least));

@@ -205,6 +205,14 @@ const Section& blending_section() {
            .unit = "m^2/s",
            .min = 0,
            .native = true},
+          {.key = "viscosity_length",
+           .kinds = number,
+           .help = "length l of a viscosity l sqrt(p / density) of grains under the pressure p, "
+                   "beside a relaxation of order 2 or more. Friction then grows with the rate of "
+                   "shear, as in the law mu(I): of glass beads l is 1.2 diameters",
+           .unit = "m",
+           .min = 0,
+           .native = true},
           {.key = "relaxation_time",
            .kinds = number,
            .help = "time in which noise decays to 37 %. A longer step removes all of it",

@@ -152,6 +152,18 @@ LAHAR_INLINE void gradient(const Basis& basis, Local p, const double* v, const L
   }
 }
 
+/// sum_i N_i q of one component of a nodal field.
+template <class Real, class Basis>
+LAHAR_INLINE Real interpolate_component(const Basis& basis, Local p, const double* component,
+                                        const Local* nodes) {
+  Real N[Basis::nodes], sum(0.0);
+  basis.functions(p, N);
+  LAHAR_UNROLL
+  for (int i = 0; i < Basis::nodes; ++i)
+    sum = multiply_add(sum, N[i], component + static_cast<std::ptrdiff_t>(nodes[i]) * node_width);
+  return sum;
+}
+
 /// sum[f][d] = sum_i N_i q_d of `Fields` nodal fields q.
 template <int Dim, int Fields, class Real, TensorBasis Basis>
 LAHAR_INLINE void interpolate(const Basis& basis, Local p, const double* const (&field)[Fields],

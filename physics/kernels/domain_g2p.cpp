@@ -105,6 +105,7 @@ struct PairRows {
 template <int Dim, class Real>
 struct DomainFields {
   Real v[Dim], a[Dim], L[Dim][Dim];
+  Real of_mass_lane;                 ///< of the field of accelerations
   Real relative[corners<Dim>][Dim];  ///< velocities of corners less v, see corner_velocities()
 };
 
@@ -191,6 +192,7 @@ LAHAR_INLINE void find_fields(const Basis& basis, Local p, Local n, const double
     fields.v[d] = factor * value[d];
     fields.a[d] = factor * value[node_width + d];
   }
+  fields.of_mass_lane = factor * value[node_width + mass_lane];
   if constexpr (parts.L) {
     first_slopes.get(value);
     LAHAR_UNROLL
@@ -237,6 +239,7 @@ void update_and_find(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
                      VelocityGradients<Dim>* gradients) {
   if (Gradients) gradients->make_room(bins, lanes<Real>);
   VelocityUpdates<Dim> updates(patch, step);
+  const bool shares = updates.shares_of_nodes(patch) != nullptr;
   const MovedRows<Dim> rows(patch.particles);
   CornerMotion<Dim> corners_of(patch, step.dt);
   PrescribedMotion<Dim> prescribed(patch, step);
@@ -261,7 +264,8 @@ void update_and_find(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
             find_fields<parts>(basis, p, n, first, at);
             if constexpr (Gradients) gradients->put(to, at.L, trace(at.L));
             if constexpr (parts.corners) corners_of.move(p, n, at.relative);
-            advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all);
+            const Real taken = shares ? at.of_mass_lane : Real(0.0);
+            advance(rows, p, n, at.v, at.a, taken, update, step.dt, updates.mass(), all);
           }
           prescribed.end(bin);
         }

@@ -19,7 +19,7 @@ LAHAR_INLINE void update_bin(const Patch<Dim>& patch, const Map& map, const Part
                              const MovedRows<Dim>& rows, VelocityUpdates<Dim>& updates, double dt,
                              Advanced<Real>& all) {
   const VelocityUpdate update = updates.of(bin);
-  const double* change = updates.field(patch);
+  const double *change = updates.field(patch), *shares = updates.shares_of_nodes(patch);
   const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
   const double *node_v[corners<Dim>], *node_a[corners<Dim>];
   LAHAR_UNROLL
@@ -43,7 +43,14 @@ LAHAR_INLINE void update_bin(const Patch<Dim>& patch, const Map& map, const Part
       for (int d = 0; d < Dim; ++d)
         a[d] = i == 0 ? multiply(N, node_a[i] + d) : multiply_add(a[d], N, node_a[i] + d);
     }
-    advance(rows, p, n, v, a, update, dt, updates.mass(), all);
+    Real taken(0.0);
+    if (shares) {
+      LAHAR_UNROLL
+      for (std::size_t i = 0; i < corners<Dim>; ++i)
+        taken = multiply_add(taken, w.N(static_cast<int>(i)),
+                             shares + static_cast<std::ptrdiff_t>(corner[i]) * node_width);
+    }
+    advance(rows, p, n, v, a, taken, update, dt, updates.mass(), all);
   }
 }
 

@@ -46,7 +46,7 @@ void update_affine(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
           for (Real& component : a[0]) component = Real(0.0);
           if (update.acceleration != 0.0) interpolate<Dim, 1>(basis, p, acceleration, nodes, a);
           corners_of.move(basis, p, n, v, nodes, value);
-          advance(rows, p, n, value, a[0], update, step.dt, updates.mass(), all);
+          advance(rows, p, n, value, a[0], Real(0.0), update, step.dt, updates.mass(), all);
         }
         prescribed.end(bin);
       });
@@ -62,7 +62,8 @@ void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Part
   std::array<double*, static_cast<std::size_t>(Dim) * Dim> affine{};
   const bool is_affine = patch.particles.layout().has(Column::affine);
   if (is_affine) affine = patch.particles.template rows<Dim * Dim>(Column::affine);
-  const double *v = patch.velocity.data(), *a = updates.field(patch);
+  const double *v = patch.velocity.data(), *a = updates.field(patch),
+               *shares = updates.shares_of_nodes(patch);
   SplinePolynomials polynomials(patch.topology, v);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
@@ -101,7 +102,9 @@ void update_with_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, Part
                 for (std::size_t k = 0; k < Dim * Dim; ++k)
                   store_first(C[k / Dim][k % Dim], affine[k] + p, n);
               }
-              advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all);
+              const Real taken =
+                  shares ? interpolate_component<Real>(basis, p, shares, nodes) : Real(0.0);
+              advance(rows, p, n, at.v, at.a, taken, update, step.dt, updates.mass(), all);
             }
             prescribed.end(bin);
           });
@@ -133,6 +136,7 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
   if (is_affine) return update_affine<Dim, Real>(patch, step, bins, updates, gradients);
   const MovedRows<Dim> rows(patch.particles);
   const double* const fields[2] = {patch.velocity.data(), updates.field(patch)};
+  const double* const shares = updates.shares_of_nodes(patch);
   CornerMotion<Dim> corners_of(patch, step.dt);
   PrescribedMotion<Dim> prescribed(patch, step);
   Advanced<Real> all;
@@ -148,7 +152,10 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
               Real sum[2][Dim];
               interpolate<Dim, 2, Real>(basis, p, fields, nodes, sum);
               corners_of.move(basis, p, bin.end - p, fields[0], nodes, sum[0]);
-              advance(rows, p, bin.end - p, sum[0], sum[1], update, step.dt, updates.mass(), all);
+              const Real taken =
+                  shares ? interpolate_component<Real>(basis, p, shares, nodes) : Real(0.0);
+              advance(rows, p, bin.end - p, sum[0], sum[1], taken, update, step.dt, updates.mass(),
+                      all);
             }
             prescribed.end(bin);
           });

@@ -26,9 +26,9 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
 template <int Dim, class Real>
 void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double* sums);
 
-/// (m v)_i += sum_p N_i m_p sum_j N_j v_j with the velocities of Patch::transfer.
+/// {m v, m nu}_i += sum_p N_i m_p {sum_j N_j v_j, nu_p} with the velocities of Patch::transfer.
 template <int Dim, class Real>
-void map_smoothed(Patch<Dim>& patch, ParticleBins bins, double* sums);
+void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums);
 
 /// The same of the first four for quadratic splines in 3D.
 template <class Real>

@@ -8,6 +8,7 @@
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
+#include "physics/kernels/pressure_viscosity.h"
 #include "physics/kernels/tensor_p2g.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
@@ -161,23 +162,27 @@ void map_momentum(Patch<Dim>& patch, ParticleBins bins, const ParticleMomentum<D
 }
 
 template <int Dim, class Real>
-void map_smoothed(Patch<Dim>& patch, ParticleBins bins, double* sums) {
+void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                  double* sums) {
+  const PressureViscosity<Dim> viscosity(patch, step);
   const double* m = patch.particles.row(Column::mass);
   const double* const field[1] = {patch.transfer.data()};
   for_each_general_bin(
       patch, bins,
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
-            scatter<Dim, Dim, Real>(
+            const bool viscous = viscosity.acts_on(bin);
+            scatter<Dim, Dim + 1, Real>(
                 basis, bin, nodes, sums,
-                [&](Local p, Local n, Real(&q)[Dim]) __attribute__((always_inline)) {
+                [&](Local p, Local n, Real(&q)[Dim + 1]) __attribute__((always_inline)) {
                   Real v[1][Dim];
                   interpolate<Dim, 1>(basis, p, field, nodes, v);
                   const Real mass = load_first<Real>(m + p, n);
                   LAHAR_UNROLL
                   for (int d = 0; d < Dim; ++d) q[d] = mass * v[0][d];
+                  q[Dim] = viscous ? viscosity.template of<Real>(p, n) : Real(0.0);
                 },
-                [](int k) { return k; });
+                [](int k) { return k == Dim ? mass_lane : k; });
           });
 }
 
@@ -236,7 +241,8 @@ void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double*
   template void map_momentum<Dim, Real>(Patch<Dim>&, ParticleBins, const ParticleMomentum<Dim>&, \
                                         double*);                                                \
   template void map_gradient<Dim, Real>(Patch<Dim>&, ParticleBins, const double*, double*);      \
-  template void map_smoothed<Dim, Real>(Patch<Dim>&, ParticleBins, double*);                     \
+  template void map_smoothed<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,      \
+                                        double*);                                                \
   template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,      \
                                         double*);                                                \
   template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,         \

@@ -12,6 +12,7 @@
 #include "physics/kernels/mean_volume.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
+#include "physics/kernels/pressure_viscosity.h"
 #include "physics/kernels/ring.h"
 #include "physics/kernels/velocity_transfer.h"
 #include "physics/materials/law.h"
@@ -171,12 +172,14 @@ void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 template <int Dim, class Real>
 void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, int order) {
   double* nodes = patch.own_sums(sum_of_order(order), step.step);
-  if (general::is(patch)) return general::map_smoothed<Dim, Real>(patch, bins, nodes);
+  if (general::is(patch)) return general::map_smoothed<Dim, Real>(patch, step, bins, nodes);
+  const PressureViscosity<Dim> viscosity(patch, step);
   const double *m = patch.particles.row(Column::mass), *v = patch.transfer.data();
   for_each_bin(
       patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {
         const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
-        scatter<(1u << Dim) - 1, Real>(
+        const bool viscous = viscosity.acts_on(bin);
+        scatter<((1u << Dim) - 1) | 1u << mass_lane, Real>(
             map, bin, corner,
             nodes, [&](Local p, Local n, Real(&q)[node_width]) __attribute__((always_inline)) {
               const auto w = weights_at<Dim, Real>(map, p);
@@ -191,6 +194,7 @@ void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
               const Real mass = load_first<Real>(m + p, n);
               LAHAR_UNROLL
               for (int d = 0; d < Dim; ++d) q[d] *= mass;
+              q[mass_lane] = viscous ? viscosity.template of<Real>(p, n) : Real(0.0);
             });
       });
 }

@@ -43,6 +43,12 @@ class VelocityUpdates {
   const double* field(const Patch<Dim>& patch) const {
     return (filtered_ ? patch.transfer : patch.acceleration).data();
   }
+  /// Nodal field whose mass lane has shares that the viscosity of pressures takes, else null.
+  const double* shares_of_nodes(const Patch<Dim>& patch) const {
+    return filtered_ && model_.analysis.transfer.per_viscosity > 0.0
+               ? patch.transfer.data() + mass_lane
+               : nullptr;
+  }
   /// Masses of the particles where the kinetic energy that is taken is counted, else null.
   const double* mass() const { return mass_; }
 
@@ -88,21 +94,24 @@ struct MovesWithNodes {
   }
 };
 
-/// Velocities and places of the n particles from p on, from interpolated v and a. `moves(d, v_d,
+/// Velocities and places of the n particles from p on, from interpolated v and a. `taken`: what
+/// nodes take of the particles' own velocities besides. `moves(d, v_d,
 /// new velocity)` says with which velocity places move. `mass`: of all
 /// particles where energy is counted, else null. What a blend takes is the kinetic energy of FLIP's
 /// velocities less that of the new ones; where a filter has the accelerations, the energy before
 /// less that after, from which integrate() subtracts what nodes got.
 template <int Dim, class Real, class Moves = MovesWithNodes>
 LAHAR_INLINE void advance(const MovedRows<Dim>& rows, Local p, Local n, const Real (&v)[Dim],
-                          const Real (&a)[Dim], const VelocityUpdate& update, double dt,
-                          const double* mass, Advanced<Real>& all, const Moves& moves = {}) {
+                          const Real (&a)[Dim], const Real& taken, const VelocityUpdate& update,
+                          double dt, const double* mass, Advanced<Real>& all,
+                          const Moves& moves = {}) {
   Real speed2(0.0), lost(0.0);
+  const Real keep = update.keep - taken;
   LAHAR_UNROLL
   for (std::size_t d = 0; d < Dim; ++d) {
     // Factors of exactly 0 and 1 leave pure FLIP and pure PIC unchanged to the last bit.
     const Real old = load<Real>(rows.v[d] + p);
-    const Real blended = update.keep * old + update.acceleration * a[d] + update.velocity * v[d];
+    const Real blended = keep * old + update.acceleration * a[d] + update.velocity * v[d];
     if (mass) {
       const Real from = old + update.flip_step * a[d];
       lost += (from - blended) * (from + blended);

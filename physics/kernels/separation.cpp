@@ -143,7 +143,7 @@ void update_separable(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
       LAHAR_UNROLL
       for (Real& along : apart.beta) along = beta;
       if (near) let_go(basis, p, held, nodes, apart.beta);
-      advance(rows, p, n, at.v, at.a, update, step.dt, updates.mass(), all, apart);
+      advance(rows, p, n, at.v, at.a, Real(0.0), update, step.dt, updates.mass(), all, apart);
     }
     prescribed.end(bin);
   };

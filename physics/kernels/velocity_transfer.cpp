@@ -55,8 +55,9 @@ template <int Dim>
 void begin_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const bool after = step.model->analysis.transfer.filters_change;
   patch.transfer.resize(patch.velocity.size());
-  for_each_active_node(
-      patch, [&](Local i) { store(unfiltered(patch, i, after, step.dt), at(patch.transfer, i)); });
+  for_each_active_node(patch, [&](Local i) {
+    store(with_mass(unfiltered(patch, i, after, step.dt), NodeVector(0.0)), at(patch.transfer, i));
+  });
   prescribe(patch, step);
 }
 
@@ -68,7 +69,8 @@ void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order) {
                   const double m = at(patch.velocity, i)[mass_lane];
                   if (!has_velocity(patch, m)) return;
                   const auto lower = load<NodeVector>(at(patch.transfer, i));
-                  store(unfiltered(patch, i, after, step.dt) + (lower - (1.0 / m) * sum),
+                  store(with_mass(unfiltered(patch, i, after, step.dt) + (lower - (1.0 / m) * sum),
+                                  order == 2 ? (1.0 / m) * sum : lower),
                         at(patch.transfer, i));
                 });
   prescribe(patch, step);
@@ -78,6 +80,7 @@ template <int Dim>
 void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const VelocityTransfer& transfer = step.model->analysis.transfer;
   const double viscous = transfer.taken_by_viscosity(step.dt);
+  const double per_viscosity = transfer.per_viscosity;
   const auto bodies = static_cast<Local>(patch.bodies());
   const Local per_body = bodies == 1 ? patch.n_nodes() : patch.body_nodes;
   for (const NodeRange& range : patch.active_nodes)
@@ -85,13 +88,15 @@ void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const Local body = std::min(from / per_body, bodies - 1),
                   end = std::min(range.end, (body + 1) * per_body);
       const double kept = transfer.kept(body, step.dt), taken = 1.0 - kept - viscous;
-      const double change = transfer.filters_change ? kept * step.dt : step.dt;
       for (; from < end; ++from) {
-        NodeVector given = taken * load<NodeVector>(at(patch.transfer, from)) +
-                           change * load<NodeVector>(at(patch.acceleration, from));
-        if (viscous > 0.0)
-          given += viscous * unfiltered(patch, from, transfer.filters_change, step.dt);
-        store(given, at(patch.transfer, from));
+        const auto filtered = load<NodeVector>(at(patch.transfer, from));
+        const double of_node = std::min(step.dt * per_viscosity * filtered[mass_lane], kept);
+        const double change = transfer.filters_change ? (kept - of_node) * step.dt : step.dt;
+        NodeVector given =
+            taken * filtered + change * load<NodeVector>(at(patch.acceleration, from));
+        if (viscous + of_node > 0.0)
+          given += (viscous + of_node) * unfiltered(patch, from, transfer.filters_change, step.dt);
+        store(with_mass(given, NodeVector(of_node)), at(patch.transfer, from));
       }
     }
 }

@@ -36,18 +36,20 @@ void velocities_before_forces(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void begin_filter(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// Patch::transfer becomes V_order from V_{order - 1}, with sums over all patches that share a
+/// Patch::transfer becomes V_order, and the mean viscosity of the node [m^2/s] in place of a mass,
+/// from V_{order - 1}, with sums over all patches that share a
 /// node.
 template <int Dim>
 void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order);
 
-/// Patch::transfer becomes what particles add to (1 - theta - theta_1) v_p: theta V_k + theta_1 V +
-/// dt a, with FMPM theta V_k + theta_1 V + (1 - theta - theta_1) dt a.
+/// Patch::transfer becomes what particles add to (1 - theta - theta_1 - S theta_i) v_p: theta V_k +
+/// (theta_1 + theta_i) V + dt a, with FMPM (1 - theta - theta_1 - theta_i) dt a; and theta_i in
+/// place of a mass.
 template <int Dim>
 void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// (m v)_i += sum_p N_i m_p sum_j N_j(x_p) v_j with the velocities of Patch::transfer, into the sum
-/// of an order.
+/// {m v, m nu}_i += sum_p N_i m_p {sum_j N_j(x_p) v_j, nu_p} with the velocities of Patch::transfer
+/// and viscosities of particles (PressureViscosity), into the sum of an order.
 template <int Dim, class Real = Pack>
 void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, int order);
 

@@ -122,6 +122,9 @@ std::string describe_transfer(const Analysis& analysis, std::span<const Material
                         by_cells ? ", less with finer cells" : "");
   else if (transfer.viscous > 0.0)
     text += fmt::format(", with a viscosity of {:.3g} m^2/s", transfer.viscosity);
+  else if (transfer.viscosity_length > 0.0)
+    text += fmt::format(", with a viscosity of {:.3g} m times sqrt(p / density)",
+                        transfer.viscosity_length);
   if (transfer.rates.size() > 1) {
     std::string names;
     for (int body = 0; body < analysis.contact.bodies; ++body)

@@ -25,6 +25,8 @@ Json settings_of(Choices& choices, const Outline& outline) {
       settings["relaxation"] = choices.number("transfer.relaxation", 0.1, 0, 1);
       if (order == 1 && update != "asflip" && choices.chance("transfer.both", 40))
         settings["viscosity"] = 0.002;
+      if (order > 1 && settings["relaxation"] > 0.0 && choices.chance("transfer.pressure", 40))
+        settings["viscosity_length"] = 0.001;
       break;
     case 2:
       settings["relaxation_time"] = choices.number("transfer.time", 0.05, 1e-3, 0.1);

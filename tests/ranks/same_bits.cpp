@@ -342,7 +342,10 @@ TEST_CASE("filters of the velocity transfer") {
       Model<2> discs = with_patches(two_discs(), 40);
       discs.analysis.scheme = scheme;
       discs.analysis.transfer = {.rates = {20.0}, .order = order, .filters_change = order == 3};
-      if (order == 3) discs.analysis.transfer.viscous = 30.0;
+      if (order == 3) {
+        discs.analysis.transfer.viscous = 30.0;
+        with_viscosity_of_pressure(discs);
+      }
       check(discs, scheme == Scheme::usl ? 35 : 60, threads_only);
     }
 }

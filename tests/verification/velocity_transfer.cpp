@@ -12,7 +12,7 @@ using namespace lahar::verification;
 
 namespace {
 
-constexpr double c = 10, length = 1, q = 4 * std::numbers::pi / length;
+constexpr double c = 10, pressure = 4, length = 1, q = 4 * std::numbers::pi / length;
 
 struct Wave {
   int cells = 16;
@@ -20,6 +20,7 @@ struct Wave {
   int order = 1;
   double relaxation_time = 0;  // [s]; 0: none
   double viscosity = 0;        // [m^2/s], beside a filter of higher order
+  double length = 0;           // [m] of a viscosity by pressure, in place of that one
   double step = 0.1;           // [h / c]
 };
 
@@ -59,6 +60,11 @@ Model<2> standing_wave(const Wave& wave) {
   for (const Vec<2>& x : model.particles.x)
     model.particles.velocity.push_back(Vec<2>(1e-3 * std::sin(q * x[0]), 0.0));
   model.analysis.transfer.viscous = wave.viscosity / (variance(wave) * h * h);
+  model.analysis.transfer.viscosity_length = wave.length;
+  model.analysis.transfer.per_viscosity = 1 / (variance(wave) * h * h);
+  if (wave.length > 0)
+    model.particles.stress.assign(model.particles.x.size(),
+                                  Voigt{-pressure, -pressure, -pressure, 0, 0, 0});
   return model;
 }
 
@@ -142,6 +148,25 @@ TEST_CASE("beside a filter of higher order, a viscosity damps a wave by nu q^2 o
         wave.step = 0.1;
         CHECK(decay(wave) - of_filter == doctest::Approx(rate).epsilon(0.05));
       }
+}
+
+TEST_CASE("a viscosity by pressure damps a wave by l sqrt(p / rho) q^2 on any mesh") {
+  for (const std::string functions : {"element", "quadratic_spline"})
+    for (const int cells : {16, 32}) {
+      Wave wave{.cells = cells,
+                .functions = functions,
+                .order = 3,
+                .relaxation_time = 5e-3,
+                .step = 0.05};
+      const double of_filter = decay(wave);
+      wave.length = 0.01;
+      CAPTURE(functions);
+      CAPTURE(cells);
+      const double rate = decay(wave) - of_filter, viscosity = wave.length * std::sqrt(pressure);
+      CHECK(rate == doctest::Approx(viscosity * q * q).epsilon(cells == 16 ? 0.2 : 0.08));
+      wave.step = 0.1;
+      CHECK(decay(wave) - of_filter == doctest::Approx(rate).epsilon(0.05));
+    }
 }
 
 TEST_CASE("what the transfer takes from a wave is counted as damping") {

@@ -338,6 +338,10 @@ TEST_CASE("velocity transfers act in a time, but for the blending ratio of CB-Ge
   CHECK(both.rates[0] == doctest::Approx(0.005));
   CHECK(both.viscous == doctest::Approx(0.04));
   CHECK(both.kept(0, 2) == doctest::Approx(0.91));
+  const auto by_pressure =
+      with("flip", R"("relaxation": 0.01, "viscosity_length": 0.02, "order": 3)");
+  CHECK(by_pressure.viscosity_length == 0.02);
+  CHECK(by_pressure.per_viscosity == doctest::Approx(4));
   const auto blended = with("flip", R"("blending_ratio": 0.95)");
   CHECK(blended.rates[0] == doctest::Approx(-0.5 * std::log(0.95)));
   CHECK(with("flip", R"("blending_ratio": 0)").kept(0, 1e-9) == 0);

@@ -294,6 +294,22 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
                                                                                   ^
   hint: give 'relaxation' as well, which is what the filter takes, or order 1
 )"},
+    {"a viscosity by pressure without a filter",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"flip\", \"velocity_update_settings\": {\"relaxation\": 0.03, \"viscosity_length\": 1}, \"dt\"")},
+     {},
+     R"(mpm.json:19:137: error: 'viscosity_length' acts beside a filter of order 2 or more [/analysis/velocity_update_settings/viscosity_length]
+  ": "flip", "velocity_update_settings": {"relaxation": 0.03, "viscosity_length": 1}, "dt": 0.001, "nsteps": 10},
+                                                                                  ^
+  hint: give 'relaxation', which the filter takes, and 'order' 3
+)"},
+    {"two viscosities",
+     {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"flip\", \"velocity_update_settings\": {\"relaxation\": 1, \"viscosity\": 1, \"viscosity_length\": 1, \"order\": 3}, \"dt\"")},
+     {},
+     R"(mpm.json:19:150: error: 'viscosity_length' and 'viscosity' are two viscosities of one transfer [/analysis/velocity_update_settings/viscosity_length]
+  elocity_update_settings": {"relaxation": 1, "viscosity": 1, "viscosity_length": 1, "order": 3}, "dt": 0.001, "nsteps": 10},
+                                                                                  ^
+  hint: leave one of them
+)"},
     {"corners that move with nodes where particles do not",
      {replace("mpm.json", "\"dt\"", "\"velocity_update\": \"asflip\", \"shape_functions\": \"cpdi2\", \"dt\"")},
      {},
@@ -475,5 +491,5 @@ mpm.json:20:94: error: 'history_steps' and 'history_dt' both say when rows come 
                     ^
 )"},
   };
-  check(table, 59);
+  check(table, 61);
 }

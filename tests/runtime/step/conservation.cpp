@@ -86,6 +86,7 @@ TEST_CASE("filters of the velocity transfer keep momentum to rounding, and the s
       model.analysis.transfer = {
           .rates = {50.0, 5.0}, .order = order, .filters_change = order == 2};
       if (order > 1) model.analysis.transfer.viscous = 20.0;
+      if (order == 3) with_viscosity_of_pressure(model);
       model.analysis.nsteps = 35;
       CAPTURE(static_cast<int>(scheme));
       CAPTURE(order);
@@ -96,6 +97,7 @@ TEST_CASE("filters of the velocity transfer keep momentum to rounding, and the s
       block.analysis.scheme = scheme;
       block.analysis.transfer = {.rates = {500.0}, .order = order};
       if (order > 1) block.analysis.transfer.viscous = 300.0;
+      if (order == 3) with_viscosity_of_pressure(block);
       for (Vec<2>& v : block.particles.velocity) v = {0.5, -0.3};
       block.analysis.nsteps = 100;
       const auto [start, end] = run_through(block);

@@ -199,6 +199,14 @@ Model<Dim> with_absorbing(Model<Dim> model) {
   return model;
 }
 
+/// A viscosity by pressure, beside a filter of the velocity transfer, of some hundredths of what
+/// particles have per step.
+template <int Dim>
+void with_viscosity_of_pressure(Model<Dim>& model) {
+  model.analysis.transfer.viscosity_length = 0.02;
+  model.analysis.transfer.per_viscosity = 4e3;
+}
+
 /// Each material is a body; of one material, every second row of cells along the last axis is
 /// another.
 template <int Dim>

@@ -62,7 +62,10 @@ TEST_CASE("filters of the velocity transfer give the serial loop's bits") {
   const auto filtered = [](auto model, int order, bool filters_change) {
     model.analysis.transfer = {
         .rates = std::vector<double>(2, 20.0), .order = order, .filters_change = filters_change};
-    if (order == 3) model.analysis.transfer.viscous = 30.0;
+    if (order == 3) {
+      model.analysis.transfer.viscous = 30.0;
+      with_viscosity_of_pressure(model);
+    }
     return model;
   };
   for (const Scheme scheme : schemes)
