@@ -171,18 +171,20 @@ void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
       patch, bins,
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes)
           __attribute__((always_inline)) {
-            const bool viscous = viscosity.acts_on(bin);
-            scatter<Dim, Dim + 1, Real>(
-                basis, bin, nodes, sums,
-                [&](Local p, Local n, Real(&q)[Dim + 1]) __attribute__((always_inline)) {
-                  Real v[1][Dim];
-                  interpolate<Dim, 1>(basis, p, field, nodes, v);
-                  const Real mass = load_first<Real>(m + p, n);
-                  LAHAR_UNROLL
-                  for (int d = 0; d < Dim; ++d) q[d] = mass * v[0][d];
-                  q[Dim] = viscous ? viscosity.template of<Real>(p, n) : Real(0.0);
-                },
-                [](int k) { return k == Dim ? mass_lane : k; });
+            const auto values = [&]<int Width>(Local p, Local n, Real(&q)[Width])
+                __attribute__((always_inline)) {
+              Real v[1][Dim];
+              interpolate<Dim, 1>(basis, p, field, nodes, v);
+              const Real mass = load_first<Real>(m + p, n);
+              LAHAR_UNROLL
+              for (int d = 0; d < Dim; ++d) q[d] = mass * v[0][d];
+              if constexpr (Width > Dim) q[Dim] = viscosity.template of<Real>(p, n);
+            };
+            if (viscosity.acts_on(bin))
+              scatter<Dim, Dim + 1, Real>(basis, bin, nodes, sums, values,
+                                          [](int k) { return k == Dim ? mass_lane : k; });
+            else
+              scatter<Dim, Dim, Real>(basis, bin, nodes, sums, values, [](int k) { return k; });
           });
 }
 
