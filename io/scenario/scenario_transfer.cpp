@@ -223,7 +223,7 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   double least = a.transfer.viscosity / per_rate;                            // [1/s]
   if (a.transfer.order > 1) a.transfer.viscous = std::exchange(least, 0.0);  // beside the filter
   a.transfer.viscosity_length = viscosity_length_.value_or(0);
-  if (a.transfer.viscosity_length > 0) a.transfer.per_viscosity = 1.0 / per_rate;
+  a.transfer.per_viscosity = 1.0 / per_rate;
   for (const double c : slowest)
     a.transfer.rates.push_back(relaxation_time_ ? 1.0 / *relaxation_time_
                                                 : std::max(relaxation_.value_or(0) * c / h, least));

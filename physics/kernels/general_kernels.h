@@ -4,6 +4,7 @@
 
 #include "physics/basis/support.h"
 #include "physics/kernels/particle_sums.h"
+#include "physics/kernels/pressure_viscosity.h"
 #include "physics/kernels/velocity_gradients.h"
 
 namespace lahar::general {
@@ -28,7 +29,8 @@ void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double*
 
 /// {m v, m nu}_i += sum_p N_i m_p {sum_j N_j v_j, nu_p} with the velocities of Patch::transfer.
 template <int Dim, class Real>
-void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, double* sums);
+void map_smoothed(Patch<Dim>& patch, const PressureViscosity<Dim>& viscosity, ParticleBins bins,
+                  double* sums);
 
 /// The same of the first four for quadratic splines in 3D.
 template <class Real>

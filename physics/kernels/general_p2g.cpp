@@ -8,7 +8,6 @@
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
-#include "physics/kernels/pressure_viscosity.h"
 #include "physics/kernels/tensor_p2g.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
@@ -162,9 +161,8 @@ void map_momentum(Patch<Dim>& patch, ParticleBins bins, const ParticleMomentum<D
 }
 
 template <int Dim, class Real>
-void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+void map_smoothed(Patch<Dim>& patch, const PressureViscosity<Dim>& viscosity, ParticleBins bins,
                   double* sums) {
-  const PressureViscosity<Dim> viscosity(patch, step);
   const double* m = patch.particles.row(Column::mass);
   const double* const field[1] = {patch.transfer.data()};
   for_each_general_bin(
@@ -239,15 +237,15 @@ void map_gradient(Patch<Dim>& patch, ParticleBins bins, const double* V, double*
           always_inline)) { internal_force<Dim, Real>(basis, pressure, bin, nodes, sums); });
 }
 
-#define LAHAR_INSTANTIATE(Dim, Real)                                                             \
-  template void map_momentum<Dim, Real>(Patch<Dim>&, ParticleBins, const ParticleMomentum<Dim>&, \
-                                        double*);                                                \
-  template void map_gradient<Dim, Real>(Patch<Dim>&, ParticleBins, const double*, double*);      \
-  template void map_smoothed<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,      \
-                                        double*);                                                \
-  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,      \
-                                        double*);                                                \
-  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,         \
+#define LAHAR_INSTANTIATE(Dim, Real)                                                              \
+  template void map_momentum<Dim, Real>(Patch<Dim>&, ParticleBins, const ParticleMomentum<Dim>&,  \
+                                        double*);                                                 \
+  template void map_gradient<Dim, Real>(Patch<Dim>&, ParticleBins, const double*, double*);       \
+  template void map_smoothed<Dim, Real>(Patch<Dim>&, const PressureViscosity<Dim>&, ParticleBins, \
+                                        double*);                                                 \
+  template void map_pressure<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,       \
+                                        double*);                                                 \
+  template void map_force<Dim, Real>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,          \
                                      ParticleStress<Dim>, double*);
 LAHAR_INSTANTIATE(2, KernelReal)
 LAHAR_INSTANTIATE(3, KernelReal)

@@ -172,8 +172,8 @@ void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 template <int Dim, class Real>
 void map_smoothed(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins, int order) {
   double* nodes = patch.own_sums(sum_of_order(order), step.step);
-  if (general::is(patch)) return general::map_smoothed<Dim, Real>(patch, step, bins, nodes);
-  const PressureViscosity<Dim> viscosity(patch, step);
+  const PressureViscosity<Dim> viscosity(patch, step, order);
+  if (general::is(patch)) return general::map_smoothed<Dim, Real>(patch, viscosity, bins, nodes);
   const double *m = patch.particles.row(Column::mass), *v = patch.transfer.data();
   for_each_bin(
       patch, bins, [&](const auto& map, const ParticleBin& bin) __attribute__((always_inline)) {

@@ -45,7 +45,7 @@ class VelocityUpdates {
   }
   /// Nodal field whose mass lane has shares that the viscosity of pressures takes, else null.
   const double* shares_of_nodes(const Patch<Dim>& patch) const {
-    return filtered_ && model_.analysis.transfer.per_viscosity > 0.0
+    return filtered_ && model_.analysis.transfer.viscosity_length > 0.0
                ? patch.transfer.data() + mass_lane
                : nullptr;
   }

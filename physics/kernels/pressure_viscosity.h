@@ -14,7 +14,10 @@ namespace lahar {
 template <int Dim>
 class PressureViscosity {
  public:
-  PressureViscosity(const Patch<Dim>& patch, const StepContext<Dim>& step) : model_(*step.model) {
+  /// Of the sums of filters that of the first order, 2, has it.
+  PressureViscosity(const Patch<Dim>& patch, const StepContext<Dim>& step, int order)
+      : model_(*step.model) {
+    if (order > 2) return;
     length_ = model_.analysis.transfer.viscosity_length;
     if (length_ == 0.0) return;
     mass_ = patch.particles.row(Column::mass);

@@ -38,8 +38,7 @@ struct Curve {
   double first_reach(double value) const {
     if (y.front() >= value) return x.front();
     for (std::size_t i = 1; i < x.size(); ++i)
-      if (y[i] >= value)
-        return x[i - 1] + (value - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]);
+      if (y[i] >= value) return crossing(i, value);
     return x.back();
   }
   /// The first x at which the curve falls below `value`, linear between points; x of the last point
@@ -47,8 +46,7 @@ struct Curve {
   double first_below(double value) const {
     if (y.front() < value) return x.front();
     for (std::size_t i = 1; i < x.size(); ++i)
-      if (y[i] < value)
-        return x[i - 1] + (y[i - 1] - value) / (y[i - 1] - y[i]) * (x[i] - x[i - 1]);
+      if (y[i] < value) return crossing(i, value);
     return x.back();
   }
   /// Mean between two x.
@@ -63,9 +61,14 @@ struct Curve {
   /// if it ends above.
   double last_above(double value) const {
     for (std::size_t i = x.size() - 1; i > 0; --i)
-      if (y[i] < value && y[i - 1] >= value)
-        return x[i - 1] + (y[i - 1] - value) / (y[i - 1] - y[i]) * (x[i] - x[i - 1]);
+      if (y[i] < value && y[i - 1] >= value) return crossing(i, value);
     return x.back();
+  }
+
+ private:
+  /// Where the line from point i - 1 to point i has the value.
+  double crossing(std::size_t i, double value) const {
+    return x[i - 1] + (value - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]);
   }
 };
 
