@@ -90,7 +90,8 @@ void finish_filter(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const double kept = transfer.kept(body, step.dt), taken = 1.0 - kept - viscous;
       for (; from < end; ++from) {
         const auto filtered = load<NodeVector>(at(patch.transfer, from));
-        const double of_node = std::min(step.dt * per_viscosity * filtered[mass_lane], kept);
+        // Where functions are negative in places, so may be a node's mean.
+        const double of_node = std::clamp(step.dt * per_viscosity * filtered[mass_lane], 0.0, kept);
         const double change = transfer.filters_change ? (kept - of_node) * step.dt : step.dt;
         NodeVector given =
             taken * filtered + change * load<NodeVector>(at(patch.acceleration, from));
