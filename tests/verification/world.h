@@ -109,6 +109,10 @@ class Study {
 
   /// From the first run; not a number where it failed.
   double value(const std::string& number) const { return value(0, number); }
+  /// From the run with that cell (and the larger step).
+  double value(const std::string& number, const std::string& cell) const {
+    return value(cell == cells_[2] ? 2 : 0, number);
+  }
 
   /// The number is within `low` and `high`, give or take a share `band` of them, in all three runs.
   void agrees(const std::string& number, double low, double high, double band) const {
