@@ -152,7 +152,9 @@ double ScenarioBuilder<Dim>::mean_depth() const {
 // What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
 // run-out then does not either, where they are fine enough for the viscosity to rule. Grains that
 // part and meet again make noise for which a filter of order 3 needs half of that viscosity.
-// Particles that cross cells make noise with functions of elements: these need more of both.
+// Particles that cross cells make noise with functions of elements: these need more of both. The
+// relaxation of liquids goes with the speed of their waves and is a viscosity, too: that of one
+// that is stiffer than flows need, as water with its own modulus, is not larger for that.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_default_transfer() {
   JsonValue* analysis = root_.find("analysis");
@@ -166,6 +168,13 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   const bool smooth = model_.analysis.functions != ShapeFunctions::element;
   const bool of_grains = depth > 0 && smooth && any_granular() && liquids_.empty();
   relaxation_ = of_grains ? 0.03 : depth > 0 && smooth ? 0.01 : 0.05;
+  if (all_fluids() && !separates) {
+    constexpr double stiff = 15;  // waves over the speed of what has fallen by the depth [-]
+    double c = 0;
+    for (const Material& material : model_.materials) c = std::max(c, speed_of(material));
+    const double most = stiff * std::sqrt(2 * model_.gravity.norm() * mean_depth());
+    if (most > 0 && c > most) *relaxation_ *= most / c;
+  }
   const auto setting = [&](double value) {
     JsonValue json;
     json.data = value;

@@ -2,6 +2,7 @@
 #include "io/scenario/scenario.h"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <cmath>
 
@@ -353,6 +354,28 @@ TEST_CASE("velocity transfers act in a time, but for the blending ratio of CB-Ge
   CHECK(!transfer(R"("velocity_update": "xpic")").filters_change);
 }
 
+TEST_CASE("the relaxation of a liquid does not grow with waves faster than its flow asks for") {
+  // Two metres of water: what falls as deep has 6.3 m/s.
+  const auto rate = [](const char* bulk_modulus, const char* gravity = "[0, -9.81]") {
+    const Scenario scenario = read_scenario_text(
+        fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "counts": [8, 8]}}}},
+          "materials": [{{"type": "Newtonian", "density": 1000, "bulk_modulus": {},
+                          "dynamic_viscosity": 1e-3}}],
+          "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                          "region": {{"box": {{"min": [0, 0], "max": [4, 2]}}}}}}}}],
+          "external_loading_conditions": {{"gravity": {}}},
+          "analysis": {{"end_time": 1}}}})",
+                    bulk_modulus, gravity),
+        "");
+    return std::get<Model<2>>(scenario.model).analysis.transfer.rates[0];
+  };
+  CHECK(rate("4e6") == doctest::Approx(0.05 * std::sqrt(4e3) / 0.5));  // ten times as fast
+  const double most = 0.05 * 15 * std::sqrt(2 * 9.81 * 2) / 0.5;
+  CHECK(rate("2.2e9") == doctest::Approx(most));
+  CHECK(rate("2.2e10") == doctest::Approx(most));
+  CHECK(rate("2.2e9", "[0, 0]") == doctest::Approx(0.05 * std::sqrt(2.2e6) / 0.5));
+}
+
 TEST_CASE("asflip keeps what flip does, by default with relaxation, and separates") {
   const auto analysis = [](const std::string& keys) {
     return model({.analysis = R"("dt": 0.1, "nsteps": 1, )" + keys}).analysis;
@@ -480,7 +503,9 @@ TEST_CASE("checkpoints are planned in post_processing, without a plan there are 
 }
 
 TEST_CASE("keys that the reference ignores, and keys without effect, are warned about once each") {
-  std::string text = scenario({.analysis = R"("dt": 1, "nsteps": 1, "nload_balance_steps": 1000)"});
+  std::string text =
+      scenario({.analysis = R"("dt": 1, "nsteps": 1, "nload_balance_steps": 1000)",
+                .generator = R"({"type": "region", "material": "a", "velocity": [1, 0]})"});
   text.insert(text.find("\"density\": 10"), "\"porosity\": 0.3, \"tolerance\": 1e-9, ");
   const auto s = read_scenario_text(text, "");
   REQUIRE(s.warnings.size() == 3);
