@@ -44,6 +44,8 @@ Overburden<Dim>::Overburden(const Lattice& lattice, const std::vector<Piece>& ow
       merged.push_back(knot);
   merged = joined(team.gather(merged));
   std::sort(merged.begin(), merged.end(), order);
+  double most = 0;  // rate of a knot
+  for (const Knot& knot : merged) most = std::max(most, std::abs(knot.rate));
   for (const Knot& knot : merged) {
     if (columns_.empty() || columns_.back() != knot.column) {
       columns_.push_back(knot.column);
@@ -52,8 +54,12 @@ Overburden<Dim>::Overburden(const Lattice& lattice, const std::vector<Piece>& ow
       continue;
     }
     const Level& above = levels_.back();
-    levels_.push_back({knot.height, above.weight + above.rate * (above.height - knot.height),
-                       above.rate + knot.rate});
+    constexpr double rounding = 1e-9;  // of rates: where nothing lies
+    const double depth = above.height - knot.height;
+    if (above.rate <= rounding * most && depth > lattice.width[lattice.up])
+      levels_.push_back({knot.height, 0.0, knot.rate});
+    else
+      levels_.push_back({knot.height, above.weight + above.rate * depth, above.rate + knot.rate});
   }
   first_.push_back(static_cast<Index>(levels_.size()));
 }

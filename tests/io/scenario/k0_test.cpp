@@ -68,6 +68,16 @@ TEST_CASE("level layers at rest have the weight above them, and K0 of it across"
   }
 }
 
+TEST_CASE("what is in the air does not weigh on the ground below it") {
+  const Model<2> model = ground({.top = R"({"box": {"min": [1, 4.5], "max": [3, 5.5]}})"});
+  const auto& p = model.particles;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const double y = p.x[i][1];
+    const double weight = 10 * (p.material[i] == 1 ? 1500 * (5.5 - y) : 2000 * (3 - y));
+    CHECK(p.stress[i][1] == doctest::Approx(-weight));
+  }
+}
+
 TEST_CASE("under a plane slope the weight above follows the ground") {
   // Rows of particles end at the ground: it is known to a part of a cell.
   const Model<2> model =
