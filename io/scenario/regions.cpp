@@ -145,20 +145,23 @@ class RegionReader {
     const Vec<Dim> axis = (*to - *from) / length;
     const double end = get_number(v, "radius_to").value_or(*radius);
     const double slope = (end - *radius) / length, steep = 1 / std::sqrt(1 + slope * slope);
-    const Vec<Dim> half = Vec<Dim>::Constant(std::max(*radius, end) + 2 * eps_);
+    const Vec<Dim> disc = (1 - axis.array().square()).max(0.0).sqrt();  // reach of a radius of 1
+    const Vec<Dim> margin = Vec<Dim>::Constant(2 * eps_);
+    const Vec<Dim> near = *radius * disc, far = end * disc;
     const auto beyond = [=, p = *from, r = *radius](const Vec<Dim>& x) {  // the ends, the side
       const double along = (x - p).dot(axis), across = (x - p - along * axis).norm();
       return std::pair(std::max(-along, along - length), (across - r - slope * along) * steep);
     };
-    RegionShape<Dim> out{[=, eps = eps_](const Vec<Dim>& x) {
-                           const auto [ends, side] = beyond(x);
-                           return ends <= eps && side <= eps;
-                         },
-                         {from->cwiseMin(*to) - half, from->cwiseMax(*to) + half},
-                         [=, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
-                           const auto [ends, side] = beyond(0.5 * (low + high));
-                           return coverage_of<Dim>(std::max(ends, side), low, high, eps);
-                         }};
+    RegionShape<Dim> out{
+        [=, eps = eps_](const Vec<Dim>& x) {
+          const auto [ends, side] = beyond(x);
+          return ends <= eps && side <= eps;
+        },
+        {(*from - near).cwiseMin(*to - far) - margin, (*from + near).cwiseMax(*to + far) + margin},
+        [=, eps = eps_](const Vec<Dim>& low, const Vec<Dim>& high) {
+          const auto [ends, side] = beyond(0.5 * (low + high));
+          return coverage_of<Dim>(std::max(ends, side), low, high, eps);
+        }};
     out.solid = frustum<Dim>(*from, *to, *radius, end);
     return out;
   }

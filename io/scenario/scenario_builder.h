@@ -360,6 +360,8 @@ class ScenarioBuilder {
   void warn_of_gravity_across(const JsonValue& gravity);
   void warn_of_small_cohesion();
   void warn_of_distant_gauges();
+  void warn_of_distant_bodies();
+  void warn_of_no_load();
   // scenario_doubts_bodies.cpp
   bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM
   void warn_of_bonds();

@@ -144,14 +144,27 @@ bool yields(const Law& law) {
          std::holds_alternative<NorSand>(law);
 }
 
+/// Whether shear gathers in a material and not in another: both have angles of friction and
+/// cohesions, and of one of them the first has less, of none more.
+bool is_weaker(const JsonValue& material, const JsonValue& than) {
+  bool weaker = false;
+  for (const std::string_view key : {"friction", "cohesion"}) {
+    const auto own = get_number(material, key), other = get_number(than, key);
+    if (!own || !other || *own > *other) return false;
+    weaker |= *own < *other;
+  }
+  return weaker;
+}
+
 }  // namespace
 
-// A material is three cells thick where a cell and all around it have particles of it. Along an
+// A material is three cells thick where a cell and all around it have particles of it; one that is
+// weaker than another, in which shear gathers, five where all within two of a cell have. Along an
 // axis on which the mesh itself has hardly any cells, it need not be.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_thin_layers() {
-  constexpr Index few = 4;  // cells of the mesh along an axis that does not count, below
-  const std::size_t n = get_list(root_, "materials").size();
+  const auto entries = get_list(root_, "materials");
+  const std::size_t n = entries.size();
   const auto& materials = model_.materials;
   if (in_.cbgeo_defaults || !mesh_->is_structured() ||
       std::none_of(materials.begin(), materials.end(), [](auto& m) { return yields(m.law); }))
@@ -163,15 +176,25 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
       own.push_back({p.cell[i], static_cast<int>(p.material[i] % n), p.cell[i]});
   sort_once(own);
   const auto counts = mesh_->counts();
-  Index around = 1;  // cells of a block of three along each axis that counts
-  for (const Index count : counts) around *= count < few ? 1 : 3;
-  /// The k-th of them around a cell; -1 beyond the mesh.
-  const auto neighbour = [&](Index at, Index k) {
-    Index cell = 0, stride = 1;
+  std::vector<Index> block(n, 3);   // cells along each axis that counts
+  std::vector<Index> around(n, 1);  // of a block
+  for (std::size_t m = 0; m < n; ++m) {
+    if (std::any_of(entries.begin(), entries.end(),
+                    [&](const JsonValue* other) { return is_weaker(*entries[m], *other); }))
+      block[m] = 5;
+    for (const Index count : counts) around[m] *= count > block[m] ? block[m] : 1;
+  }
+  const auto around_of = [&](const Filled& at) {
+    return around[static_cast<std::size_t>(at.material)];
+  };
+  /// The k-th cell of the block around one; -1 beyond the mesh.
+  const auto neighbour = [&](const Filled& of, Index k) {
+    const Index edge = block[static_cast<std::size_t>(of.material)];
+    Index at = of.cell, cell = 0, stride = 1;
     for (const Index count : counts) {
       Index along = at % count;
       at /= count;
-      if (count >= few) along += k % 3 - 1, k /= 3;
+      if (count > edge) along += k % edge - edge / 2, k /= edge;
       if (along < 0 || along >= count) return Index{-1};
       cell += stride * along;
       stride *= count;
@@ -179,8 +202,8 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
     return cell;
   };
   const auto all_around = [&](const Filled& at, const std::vector<Filled>& filled) {
-    for (Index k = 0; k < around; ++k) {
-      const Index cell = neighbour(at.cell, k);
+    for (Index k = 0; k < around_of(at); ++k) {
+      const Index cell = neighbour(at, k);
       if (!std::binary_search(filled.begin(), filled.end(), Filled{cell, at.material, cell}))
         return false;
     }
@@ -197,8 +220,9 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
   // What members do not see in their own shares: each cell gets to know what is around it.
   std::vector<std::vector<Filled>> to(static_cast<std::size_t>(team_.size()));
   for (const Filled& from : own)
-    for (Index k = 0; k < around && thick[static_cast<std::size_t>(from.material)] == 0.0; ++k)
-      if (const Index cell = neighbour(from.cell, k); cell >= 0 && !team_.alone())
+    for (Index k = 0; k < around_of(from) && thick[static_cast<std::size_t>(from.material)] == 0.0;
+         ++k)
+      if (const Index cell = neighbour(from, k); cell >= 0 && !team_.alone())
         to[static_cast<std::size_t>(team_.member(cell, mesh_->n_cells()))].push_back(
             {cell, from.material, from.cell});
   std::vector<Filled> told = joined(team_.exchange(std::move(to)));
@@ -207,18 +231,19 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
     const Filled& at = told[begin];
     while (end < told.size() && told[end].cell == at.cell && told[end].material == at.material)
       ++end;
-    if (static_cast<Index>(end - begin) == around)
+    if (static_cast<Index>(end - begin) == around_of(at))
       thick[static_cast<std::size_t>(at.material)] = 1.0;
   }
   thick = team_.most(std::move(thick));
   for (std::size_t m = 0; m < n; ++m)
     if (has[m] > 0.0 && thick[m] == 0.0)
-      in_.warning(*get_list(root_, "materials")[m],
-                  fmt::format("material '{}' is at most two cells thick: how far it yields depends "
+      in_.warning(*entries[m],
+                  fmt::format("material '{}' is at most {} cells thick: how far it yields depends "
                               "on the cells more than on the material",
-                              materials[m].name),
-                  "make cells a quarter of its thickness or smaller, and compare with half of "
-                  "that");
+                              materials[m].name, block[m] == 3 ? "two" : "four"),
+                  fmt::format("make cells {} of its thickness or smaller, and compare with half of "
+                              "that",
+                              block[m] == 3 ? "a quarter" : "an eighth"));
 }
 
 template class ScenarioBuilder<2>;

@@ -51,14 +51,15 @@ void ScenarioBuilder<Dim>::warn_of_gravity_upward() {
       std::any_of(model_.particle_velocities.begin(), model_.particle_velocities.end(),
                   [](const auto& v) { return v.dir == up; });
   if (team_.any(driven || !model_.tractions.empty())) return;
-  double highest = -infinity, foot = infinity;  // of supports, of particles
+  double highest = -infinity, foot = infinity, top = -infinity;  // of supports, of particles
   for (const Vec<Dim>& x : places_of(nodes)) highest = std::max(highest, x[up]);
-  for (const Vec<Dim>& x : model_.particles.x) foot = std::min(foot, x[up]);
-  const auto most = team_.most(std::vector<double>{highest, -foot});
+  for (const Vec<Dim>& x : model_.particles.x)
+    foot = std::min(foot, x[up]), top = std::max(top, x[up]);
+  const auto most = team_.most(std::vector<double>{highest, -foot, top});
   bool other = false;  // that may hold from above
   for (const RigidBody<Dim>& body : model_.rigid_bodies) {
     const auto [low, high] = body.solid->bounds();
-    other |= std::isfinite(low[up]) || !std::isfinite(high[up]);
+    other |= (std::isfinite(low[up]) && high[up] > most[2]) || !std::isfinite(high[up]);
   }
   const bool held = most[0] > -infinity || !model_.rigid_bodies.empty();
   if (!held || other || most[0] > -most[1] + outer_cell()[up]) return;
@@ -152,6 +153,54 @@ void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
                     gauges[k].name, lost == 1 ? "lies" : "lie"),
         "the mesh has " + extent);
   }
+}
+
+// Where there is no mesh there is nothing that a body can touch.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
+  const auto mesh = mesh_->bounds();
+  const auto entries = get_list(root_, "rigid_bodies");
+  const auto& bodies = model_.rigid_bodies;
+  for (std::size_t k = 0; k < std::min(entries.size(), bodies.size()); ++k) {
+    const auto [low, high] = bodies[k].solid->bounds();
+    const bool apart =
+        (low.array() > mesh.second.array()).any() || (high.array() < mesh.first.array()).any();
+    if (!apart || bodies[k].motion != RigidBody<Dim>::Motion::fixed) continue;
+    std::string extent;
+    for (int d = 0; d < Dim; ++d)
+      extent += fmt::format("{}{} from {:.6g} to {:.6g}", d > 0 ? ", " : "", "xyz"[d],
+                            mesh.first[d], mesh.second[d]);
+    in_.warning(
+        *entries[k],
+        fmt::format("the rigid body '{}' lies outside of the mesh, where it touches nothing",
+                    bodies[k].name),
+        "the mesh has " + extent);
+  }
+}
+
+// Nothing sets the material in motion.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_no_load() {
+  const Model<Dim>& m = model_;
+  if (in_.cbgeo_defaults || rows_.total() == 0) return;
+  const auto& held = entries_of<NodeVelocity>(m);
+  bool acts =
+      m.gravity.norm() > 0 || !m.tractions.empty() || !m.particle_velocities.empty() ||
+      !m.injections.empty() || !m.liquid_velocities.empty() || !entries_of<NodeForce>(m).empty() ||
+      !entries_of<NodeAcceleration>(m).empty() || !entries_of<NodeDisplacement>(m).empty() ||
+      !entries_of<NodePressure>(m).empty() ||
+      std::any_of(held.begin(), held.end(), [](const NodeVelocity& v) { return v.velocity != 0; });
+  acts |= !m.particles.stress.empty() || !m.particles.pore_pressure.empty() ||
+          !m.particles.displacement.empty() ||
+          std::any_of(m.particles.velocity.begin(), m.particles.velocity.end(),
+                      [](const Vec<Dim>& v) { return !v.isZero(0.0); });
+  acts |= std::any_of(m.rigid_bodies.begin(), m.rigid_bodies.end(), [](const RigidBody<Dim>& b) {
+    return b.motion != RigidBody<Dim>::Motion::fixed;
+  });
+  if (team_.any(acts)) return;
+  in_.warning(root_, "nothing acts on the material: it stays as it is",
+              "give \"external_loading_conditions\": {\"gravity\": [...]}, a load, or an initial "
+              "'velocity'");
 }
 
 template class ScenarioBuilder<2>;

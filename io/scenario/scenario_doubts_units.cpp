@@ -64,8 +64,8 @@ void ScenarioBuilder<Dim>::warn_of_falling_bodies() {
   along.maxCoeff(&axis);
   constexpr double upright = 0.99;  // cosine between gravity and an axis, at least
   if (g == 0 || !(along[axis] > upright * g) || team_.any(!model_.node_frames.empty())) return;
-  if (generators_.empty() || model_.analysis.rigid_bodies || !model_.injections.empty() ||
-      !model_.tractions.empty() || model_.analysis.remove_leaving_particles)
+  if (generators_.empty() || !model_.injections.empty() || !model_.tractions.empty() ||
+      model_.analysis.remove_leaving_particles)
     return;
   std::vector<Index> nodes;
   for_each_condition([&]<class T>() {
@@ -90,7 +90,13 @@ void ScenarioBuilder<Dim>::warn_of_falling_bodies() {
     for (std::size_t b = 0; b < boxes.size(); ++b)
       if (held[b] == 0.0 && is_below(x, x, boxes[b])) held[b] = 1.0;
   held = team_.most(std::move(held));
-  if (std::find(held.begin(), held.end(), 1.0) == held.end()) return;  // warn_of_free_fall()
+  for (const RigidBody<Dim>& body : model_.rigid_bodies) {
+    const auto [low, high] = body.solid->bounds();
+    for (std::size_t b = 0; b < boxes.size(); ++b)
+      if (is_below(low, high, boxes[b])) held[b] = 1.0;
+  }
+  if (!model_.analysis.rigid_bodies && std::find(held.begin(), held.end(), 1.0) == held.end())
+    return;  // warn_of_free_fall()
   std::vector<double> driven(boxes.size(), 0.0);
   for (const ParticleVelocity& v : model_.particle_velocities)
     if (v.dir == axis) driven.assign(boxes.size(), 1.0);

@@ -76,6 +76,8 @@ TEST_CASE("gravity that points up, away from all that holds the material, is war
   CHECK_FALSE(warns(warnings_of({.gravity = "[0, 9.81]", .held = "sides"}), up));
   const std::string body = R"({"region": {"box": {"min": [0, 3], "max": [8, 4]}}})";
   CHECK_FALSE(warns(warnings_of({.gravity = "[0, 9.81]", .bodies = body}), up));
+  const std::string low = R"({"region": {"box": {"min": [8.5, 0], "max": [9, 1]}}})";  // holds not
+  CHECK(warns(warnings_of({.gravity = "[0, 9.81]", .bodies = low}), up));
   CHECK_FALSE(warns(warnings_of({.gravity = "[9.81, 0]"}), up));  // a wall, a hanging bar
 }
 

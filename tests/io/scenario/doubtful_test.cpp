@@ -327,3 +327,29 @@ TEST_CASE("a layer that yields and is hardly thicker than cells is warned of") {
   CHECK(thin(sand, 2, "[1, 9]"));
   CHECK_FALSE(thin(R"("LinearElastic")", 2, "[9, 9]"));
 }
+
+TEST_CASE("a layer between other materials is warned of until it is five cells thick") {
+  const auto thin = [](double thickness) {
+    const auto soil = [](const char* name, double low, double high) {
+      return R"({"generator": {"type": "region", "per_cell": 2, "material": ")" +
+             std::string(name) + R"(", "region": {"box": {"min": [0, )" + std::to_string(low) +
+             R"(], "max": [20, )" + std::to_string(high) + R"(]}}}})";
+    };
+    const std::string law = R"("density": 2000, "youngs_modulus": 1e7, "poisson_ratio": 0.3,
+      "type": "MohrCoulomb", "dilation": 0, "cohesion": 1e4, "tension_cutoff": 0, "friction": )";
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [20, 20]}},
+            "materials": [{"name": "strong", )" +
+            law + R"(35}, {"name": "weak", )" + law + R"(15}],
+            "particles": [)" +
+            soil("strong", 0, 6) + "," + soil("weak", 6, 6 + thickness) + "," +
+            soil("strong", 6 + thickness, 18) + R"(], "analysis": {"nsteps": 1}})",
+        "");
+    const std::string said = lahar::format_problems(s.warnings, "warning");
+    CHECK(said.find("material 'strong' is at most") == std::string::npos);
+    return said.find("material 'weak' is at most four cells thick") != std::string::npos;
+  };
+  CHECK(thin(2));
+  CHECK(thin(4));
+  CHECK_FALSE(thin(5));
+}

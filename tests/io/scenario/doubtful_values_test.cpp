@@ -18,7 +18,7 @@ struct Case {
               clay_modulus = "1e7", steel_modulus = "2e7", per_cell = "2",
               steel_box = R"({"min": [4, 2], "max": [5, 3]})",
               floor = R"({"half_space": {"point": [0, 0], "normal": [0, 1]}})", more = "",
-              analysis = "";
+              analysis = "", bodies = "";
 };
 
 std::string warnings_of(const Case& c) {
@@ -26,6 +26,7 @@ std::string warnings_of(const Case& c) {
       fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "counts": [20, 10]}},
       "boundary_conditions": {{"walls": [{{"nset": "floor", "normal": [0, 1], "friction": 0.5}}]{}}}}},
     "sets": {{"nodes": {{"floor": {}}}}},
+    "rigid_bodies": [{}],
     "materials": [{{"name": "clay", "type": "LinearElastic", "density": {},
                     "youngs_modulus": {}, "poisson_ratio": 0.3}},
                   {{"name": "steel", "type": "LinearElastic", "density": {},
@@ -36,8 +37,8 @@ std::string warnings_of(const Case& c) {
                      "region": {{"box": {}}}}}}}],
     "external_loading_conditions": {{"gravity": {}}},
     "analysis": {{"nsteps": 1, "interface": false{}}}}})",
-                  c.more, c.floor, c.density, c.clay_modulus, c.steel_density, c.steel_modulus,
-                  c.per_cell, c.steel_box, c.gravity, c.analysis),
+                  c.more, c.floor, c.bodies, c.density, c.clay_modulus, c.steel_density,
+                  c.steel_modulus, c.per_cell, c.steel_box, c.gravity, c.analysis),
       "");
   return format_problems(s.warnings, "warning");
 }
@@ -84,6 +85,34 @@ TEST_CASE("a body with nothing below it is warned of") {
   leaving.analysis = R"(, "locate_particles": false)";
   CHECK(warnings_of(leaving).find(text) == std::string::npos);
   CHECK(warnings_of({.gravity = "[0, 0]", .steel_box = beside}).find(text) == std::string::npos);
+  Case obstacle = c;  // a rigid body elsewhere does not hold it, one below it does
+  obstacle.bodies = R"({"region": {"box": {"min": [1, 4], "max": [2, 5]}}})";
+  CHECK(warnings_of(obstacle).find(text) != std::string::npos);
+  obstacle.bodies = R"({"region": {"box": {"min": [8.5, 1], "max": [10, 2]}}})";
+  CHECK(warnings_of(obstacle).find(text) == std::string::npos);
+}
+
+TEST_CASE("a rigid body outside of the mesh, which touches nothing, is warned of") {
+  const std::string text = "the rigid body 'pier' lies outside of the mesh";
+  const auto with = [](const char* box, const char* motion) {
+    return warnings_of(
+        {.bodies = fmt::format(R"({{"name": "pier", "region": {{"box": {}}}{}}})", box, motion)});
+  };
+  CHECK(with(R"({"min": [11, 0], "max": [12, 3]})", "").find(text) != std::string::npos);
+  CHECK(with(R"({"min": [9, 0], "max": [12, 3]})", "").find(text) == std::string::npos);
+  // It may come in.
+  CHECK(with(R"({"min": [11, 0], "max": [12, 3]})", R"(, "velocity": [-1, 0])").find(text) ==
+        std::string::npos);
+}
+
+TEST_CASE("a model on which nothing acts is warned of") {
+  const std::string text = "nothing acts on the material";
+  CHECK(warnings_of({.gravity = "[0, 0]"}).find(text) != std::string::npos);
+  CHECK(warnings_of({}).find(text) == std::string::npos);
+  CHECK(warnings_of(
+            {.gravity = "[0, 0]", .bodies = R"({"region": {"box": {"min": [9, 0], "max": [10, 1]}},
+                                   "velocity": [-1, 0]})"})
+            .find(text) == std::string::npos);
 }
 
 TEST_CASE("one particle in a cell is warned of") {

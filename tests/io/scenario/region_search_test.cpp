@@ -1,6 +1,8 @@
 // Which cells and nodes of a mesh a region is searched in.
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "io/scenario/regions.h"
 
 using namespace lahar;
@@ -80,4 +82,17 @@ TEST_CASE("a region is found in the part of a grid that its bounding box covers"
                            "range": [0, 0.5]}})",
            8 * 8 * 6);
   check<3>(R"({"polygon": {"points": [[0, 0], [1, 0.5], [0.5, 1]], "axis": "x"}})", 20 * 8 * 8);
+}
+
+TEST_CASE("the box around a cylinder touches it on all sides") {
+  const auto check_box = [](const char* text, const Vec<3>& low, const Vec<3>& high) {
+    const auto box = region_of<3>(text).bounds();
+    CHECK((box.first - low).norm() < 1e-8);
+    CHECK((box.second - high).norm() < 1e-8);
+  };
+  check_box(R"({"cylinder": {"from": [0, 0, 0], "to": [0, 0, 0.2], "radius": 0.3}})",
+            {-0.3, -0.3, 0}, {0.3, 0.3, 0.2});
+  const double reach = 0.2 * std::sqrt(0.5);  // of an end that stands across the diagonal
+  check_box(R"({"cylinder": {"from": [1, 0, 0], "to": [2, 1, 0], "radius": 0.2, "radius_to": 0}})",
+            {1 - reach, -reach, -0.2}, {2, 1, 0.2});
 }

@@ -12,8 +12,9 @@ namespace {
 /// Four cells in a row with a particle each, of materials a, a, b, b; the second and third are the
 /// set "middle".
 Scenario scenario(const std::string& analysis, const ScenarioOptions& options = {}) {
-  const std::string generator = R"({"generator": {"type": "region", "per_cell": 1, "region": {"box":
-    {"min": [)";
+  const std::string generator =
+      R"({"generator": {"type": "region", "per_cell": 1, "velocity": [1, 0],
+    "region": {"box": {"min": [)";
   return read_scenario_text(
       R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 1]}},
           "sets": {"particles": {"middle": {"box": {"min": [1, 0], "max": [3, 1]}}}},
