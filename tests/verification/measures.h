@@ -183,13 +183,17 @@ inline Depths depths_at_rest(const State& state, double density, double from, do
       [&](std::size_t) { return width; });
 }
 
-/// Depth at a gauge in 3D: that of the water over a square of edge `width` around (x, y).
-inline double depth_at_gauge(const State& state, double density, double x, double y, double width) {
+/// Depth at a gauge in 3D: a mean of the water around (x, y), which counts less the further it is,
+/// and from `reach` [m] on not at all. (Of a square without weights one row of particles more or
+/// less is a fifth.)
+inline double depth_at_gauge(const State& state, double density, double x, double y, double reach) {
   double mass = 0;
-  for (Index p = 0; p < state.size(); ++p)
-    if (std::abs(state.x(p, 0) - x) <= width / 2 && std::abs(state.x(p, 1) - y) <= width / 2)
-      mass += state.get("mass", p);
-  return mass / (density * width * width);
+  for (Index p = 0; p < state.size(); ++p) {
+    const double across = 1 - std::abs(state.x(p, 0) - x) / reach;
+    const double along = 1 - std::abs(state.x(p, 1) - y) / reach;
+    if (across > 0 && along > 0) mass += state.get("mass", p) * across * along;
+  }
+  return mass / (density * reach * reach);
 }
 
 /// Root of the mean square of the difference of two curves, at the points of the first.

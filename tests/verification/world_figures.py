@@ -72,10 +72,11 @@ def front(folder):
 def building(folder):
     figure, all_axes = plt.subplots(len(GAUGES), 1, figsize=(7, 9), sharex=True)
     measured, found = table(DATA / "building-gauges.csv"), False
+    free = 0.8  # [s] from when water is free to the beginning of the record: so fronts meet at G2
     for (name, column), axes in zip(GAUGES.items(), all_axes):
         found = draw(folder, axes, f"building-{name}") or found
-        axes.plot(measured[:, 0], measured[:, column], "k.", ms=4, label="measured")
-        axes.set(ylabel=f"{name} [m]", xlim=(0, 2.3))
+        axes.plot(measured[:, 0] + free, measured[:, column], "k.", ms=4, label="measured")
+        axes.set(ylabel=f"{name} [m]", xlim=(0, 3.4))
     all_axes[-1].set_xlabel("t [s]")
     return figure if found else None
 
