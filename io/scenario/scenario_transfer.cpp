@@ -29,6 +29,11 @@ double smoothing(ShapeFunctions functions, int order) {
   return order > 1 ? 1.0 / 12.0 : 1.0 / 6.0;
 }
 
+/// Whether a law deforms without limit only if its stress grows without one.
+bool is_elastic(const Law& law) {
+  return std::holds_alternative<LinearElastic>(law) || std::holds_alternative<NeoHookean>(law);
+}
+
 }  // namespace
 
 template <int Dim>
@@ -152,9 +157,9 @@ double ScenarioBuilder<Dim>::mean_depth() const {
 // What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
 // run-out then does not either, where they are fine enough for the viscosity to rule. Grains that
 // part and meet again make noise for which a filter of order 3 needs half of that viscosity.
-// Particles that cross cells make noise with functions of elements: these need more of both. The
-// relaxation of liquids goes with the speed of their waves and is a viscosity, too: that of one
-// that is stiffer than flows need, as water with its own modulus, is not larger for that.
+// Particles that cross cells make noise with functions of elements: these need more of both. Of
+// order 1 relaxation goes with the speed of waves and is a viscosity, too: what flows and is
+// stiffer than its flow needs, as water with its own modulus and stiff clay, gets no more for that.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_default_transfer() {
   JsonValue* analysis = root_.find("analysis");
@@ -168,10 +173,11 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   const bool smooth = model_.analysis.functions != ShapeFunctions::element;
   const bool of_grains = depth > 0 && smooth && any_granular() && liquids_.empty();
   relaxation_ = of_grains ? 0.03 : depth > 0 && smooth ? 0.01 : 0.05;
-  if (all_fluids() && !separates) {
+  if (!of_grains && !separates) {
     constexpr double stiff = 15;  // waves over the speed of what has fallen by the depth [-]
-    double c = 0;
-    for (const Material& material : model_.materials) c = std::max(c, speed_of(material));
+    double c = 0;                 // of what flows
+    for (const Material& material : model_.materials)
+      if (!is_elastic(material.law)) c = std::max(c, speed_of(material));
     const double most = stiff * std::sqrt(2 * model_.gravity.norm() * mean_depth());
     if (most > 0 && c > most) *relaxation_ *= most / c;
   }
