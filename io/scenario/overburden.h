@@ -13,8 +13,8 @@ namespace lahar {
 /// some, so that all weight is counted once. Within a column the weight above a height is that of
 /// the mean over the column. Between columns it is linear, with the smaller of the slopes to both
 /// sides where these agree in sign, and constant where they do not: exact for layers and grounds
-/// that are planes, without overshoot at cliffs. What is above a gap that is higher than a cell does
-/// not weigh on what is below it: it is in the air, or something else holds it.
+/// that are planes, without overshoot at cliffs. What is above a gap that is higher than a cell
+/// does not weigh on what is below it: it is in the air, or something else holds it.
 template <int Dim>
 class Overburden {
  public:
