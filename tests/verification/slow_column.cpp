@@ -160,7 +160,7 @@ TEST_CASE("a cylinder of sand runs out in 3D as far as in an axisymmetric model"
 
 TEST_CASE(
     "a cylinder of sand in an axisymmetric model ends short of experiments by a known share") {
-  for (const auto& [a, missing] : {std::pair{0.875, 0.1}, std::pair{1.5, 0.2}}) {
+  for (const auto& [a, missing] : {std::pair{0.875, 0.1}, std::pair{1.5, 0.25}}) {
     const Study study(fmt::format("axisymmetric column, a = {}", a),
                       {fmt::format("{}", first_cell(a)), 0.2}, fmt::format("{}", first_cell(a) / 2),
                       [&](const Resolution& at) { return section("axisymmetric", a, at); });
@@ -175,7 +175,7 @@ TEST_CASE("with a viscosity of grains by pressure, cylinders of sand end nearer 
         fmt::format("axisymmetric column with viscosity_length, a = {}", a),
         {fmt::format("{}", cell / 2), 0.2}, fmt::format("{}", cell / 4),
         [&](const Resolution& at) { return section("axisymmetric", a, at, {beads_of_1_mm}); });
-    study.agrees("run-out", law_around_axis(a), 0.15);
+    study.agrees("run-out", law_around_axis(a), 0.2);
     study.stays_below("unrest", at_rest);
     study.stays_below("lost share", 0.001);
     study.converges("run-out", 0, 0.05, 0.1);  // more than is wanted: thin sheets
