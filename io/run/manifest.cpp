@@ -206,18 +206,13 @@ bool is_run_folder(const std::filesystem::path& folder) {
   return read_manifest(folder).has_value();
 }
 
-std::vector<FolderOfRun> folders_of_run(const std::filesystem::path& run) {
-  if (auto manifest = read_manifest(run)) return {{run, std::move(*manifest)}};
+std::vector<FolderOfRun> runs_in(const std::filesystem::path& folder) {
   std::vector<FolderOfRun> folders;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(run, error))
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error))
     if (entry.is_directory(error))
       if (auto manifest = read_manifest(entry.path()))
         folders.push_back({entry.path(), std::move(*manifest)});
-  if (folders.empty())
-    throw InputError({Problem{.message = fmt::format("{} is not a run folder", run.string()),
-                              .hint = "name a folder that `lahar run` wrote: it has a "
-                                      "manifest.json"}});
   // Manifests of older versions do not number stages; `started` counts whole seconds.
   const auto order = [](const FolderOfRun& one) {
     return std::tuple(number_in(one.manifest, "stage"), text_in(one.manifest, "started"),
@@ -225,6 +220,16 @@ std::vector<FolderOfRun> folders_of_run(const std::filesystem::path& run) {
   };
   std::sort(folders.begin(), folders.end(),
             [&](const auto& a, const auto& b) { return order(a) < order(b); });
+  return folders;
+}
+
+std::vector<FolderOfRun> folders_of_run(const std::filesystem::path& run) {
+  if (auto manifest = read_manifest(run)) return {{run, std::move(*manifest)}};
+  std::vector<FolderOfRun> folders = runs_in(run);
+  if (folders.empty())
+    throw InputError({Problem{.message = fmt::format("{} is not a run folder", run.string()),
+                              .hint = "name a folder that `lahar run` wrote: it has a "
+                                      "manifest.json"}});
   return folders;
 }
 

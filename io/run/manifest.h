@@ -86,6 +86,9 @@ struct FolderOfRun {
   nlohmann::json manifest;
 };
 
+/// The runs whose folders lie in a folder: stages in their order, or members of a study.
+std::vector<FolderOfRun> runs_in(const std::filesystem::path& folder);
+
 /// The folders with the results of a run: itself, or those of its stages in their order. Throws
 /// InputError where there are none.
 std::vector<FolderOfRun> folders_of_run(const std::filesystem::path& run);

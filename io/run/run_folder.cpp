@@ -388,11 +388,8 @@ FrameFile find_frame(const fs::path& source, std::optional<Index> step) {
   if (!is_run_folder(source)) {
     const char* what =
         fs::exists(source) ? "is neither a run folder nor a frame" : "does not exist";
-    std::vector<std::string> runs;  // stages, or members of a study
-    if (fs::is_directory(source))
-      for (const fs::directory_entry& entry : fs::directory_iterator(source))
-        if (is_run_folder(entry.path())) runs.push_back(entry.path().string());
-    std::sort(runs.begin(), runs.end());
+    std::vector<std::string> runs;
+    for (const FolderOfRun& run : runs_in(source)) runs.push_back(run.folder.string());
     refuse(
         fmt::format("{} {}", source.string(), what),
         runs.empty() ? "" : fmt::format("name one of the runs in it: {}", fmt::join(runs, ", ")));

@@ -31,6 +31,16 @@ std::string text_of(const Vec<Dim>& x) {
   return "[" + text + "]";
 }
 
+/// Where a mesh lies along its first axes.
+template <int Dim>
+std::string extent_along(const std::pair<Vec<Dim>, Vec<Dim>>& mesh, int axes) {
+  std::string extent = "the mesh has ";
+  for (int d = 0; d < axes; ++d)
+    extent += fmt::format("{}{} from {:.6g} to {:.6g}", d > 0 ? ", " : "", "xyz"[d], mesh.first[d],
+                          mesh.second[d]);
+  return extent;
+}
+
 }  // namespace
 
 // Up, along +y or +z, where all that holds the material lies at its foot or below.
@@ -140,10 +150,6 @@ void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
     if (lost == 0) continue;
     const JsonValue* at = entries[k]->find("at");
     if (!at) at = entries[k]->find(is_outside(places.front()) ? "from" : "to");
-    std::string extent;
-    for (int d = 0; d < axes; ++d)
-      extent +=
-          fmt::format("{}{} from {:.6g} to {:.6g}", d > 0 ? ", " : "", "xyz"[d], low[d], high[d]);
     const std::string which = places.size() == 1
                                   ? std::string("the place")
                                   : fmt::format("{} of the {} places", lost, places.size());
@@ -151,11 +157,11 @@ void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
         at ? *at : *entries[k],
         fmt::format("{} of the gauge '{}' {} outside of the mesh, where nothing is measured", which,
                     gauges[k].name, lost == 1 ? "lies" : "lie"),
-        "the mesh has " + extent);
+        extent_along<Dim>({low, high}, axes));
   }
 }
 
-// Where there is no mesh there is nothing that a body can touch.
+// A body touches particles, and these are in the mesh.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
   const auto mesh = mesh_->bounds();
@@ -166,15 +172,11 @@ void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
     const bool apart =
         (low.array() > mesh.second.array()).any() || (high.array() < mesh.first.array()).any();
     if (!apart || bodies[k].motion != RigidBody<Dim>::Motion::fixed) continue;
-    std::string extent;
-    for (int d = 0; d < Dim; ++d)
-      extent += fmt::format("{}{} from {:.6g} to {:.6g}", d > 0 ? ", " : "", "xyz"[d],
-                            mesh.first[d], mesh.second[d]);
     in_.warning(
         *entries[k],
         fmt::format("the rigid body '{}' lies outside of the mesh, where it touches nothing",
                     bodies[k].name),
-        "the mesh has " + extent);
+        extent_along<Dim>(mesh, Dim));
   }
 }
 

@@ -157,9 +157,9 @@ double ScenarioBuilder<Dim>::mean_depth() const {
 // What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
 // run-out then does not either, where they are fine enough for the viscosity to rule. Grains that
 // part and meet again make noise for which a filter of order 3 needs half of that viscosity.
-// Particles that cross cells make noise with functions of elements: these need more of both. Of
-// order 1 relaxation goes with the speed of waves and is a viscosity, too: what flows and is
-// stiffer than its flow needs, as water with its own modulus and stiff clay, gets no more for that.
+// Particles that cross cells make noise with functions of elements: these need more of both.
+// Relaxation of order 1 goes with the speed of waves and is a viscosity, too. It has a limit for
+// materials that flow: else water with its own modulus and stiff clay would be too viscous.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_default_transfer() {
   JsonValue* analysis = root_.find("analysis");
@@ -169,17 +169,18 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
       update && update->is<std::string>() && update->as<std::string>() == "asflip";
   const bool relaxes = separates && !in_.cbgeo_defaults && !relaxation_ && !relaxation_time_;
   if (!default_transfer_ && !relaxes) return;
-  const double depth = separates || all_fluids() ? 0.0 : mean_depth();
+  const double fall = separates ? 0.0 : mean_depth();
+  const double depth = all_fluids() ? 0.0 : fall;
   const bool smooth = model_.analysis.functions != ShapeFunctions::element;
   const bool of_grains = depth > 0 && smooth && any_granular() && liquids_.empty();
   relaxation_ = of_grains ? 0.03 : depth > 0 && smooth ? 0.01 : 0.05;
-  if (!of_grains && !separates) {
+  if (!of_grains && fall > 0) {
     constexpr double stiff = 15;  // waves over the speed of what has fallen by the depth [-]
-    double c = 0;                 // of what flows
+    const double most = stiff * std::sqrt(2 * model_.gravity.norm() * fall);
+    double c = most;  // of what flows
     for (const Material& material : model_.materials)
       if (!is_elastic(material.law)) c = std::max(c, speed_of(material));
-    const double most = stiff * std::sqrt(2 * model_.gravity.norm() * mean_depth());
-    if (most > 0 && c > most) *relaxation_ *= most / c;
+    *relaxation_ *= most / c;
   }
   const auto setting = [&](double value) {
     JsonValue json;

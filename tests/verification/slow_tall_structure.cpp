@@ -32,13 +32,7 @@ Numbers numbers_of(const Curve& force) {
 
 Numbers impact(const Resolution& at) {
   Curve force;
-  double before = 0;
-  Observer observer;
-  observer.gauges = [&](const GaugeRows& row) {
-    if (row.time > before) force.add((before + row.time) / 2, row.values[0][0]);
-    before = row.time;
-  };
-  Simulation simulation(world_case<3>("tall-structure.json", at), {}, observer);
+  Simulation simulation(world_case<3>("tall-structure.json", at), {}, observe_gauge(force));
   run_to_end(simulation);
   keep_curve("structure-force", at, force);
   Numbers n = numbers_of(force);

@@ -74,6 +74,16 @@ inline double lost_share(const Simulation& simulation) {
   return static_cast<double>(info.removed) / static_cast<double>(info.particles + info.removed);
 }
 
+/// Collects the first number of the first gauge over time: means between its rows, in the middle.
+inline Observer observe_gauge(Curve& curve) {
+  Observer observer;
+  observer.gauges = [&curve, before = 0.0](const GaugeRows& row) mutable {
+    if (row.time > before) curve.add((before + row.time) / 2, row.values[0][0]);
+    before = row.time;
+  };
+  return observer;
+}
+
 /// Take all steps, as long as the step does not collapse.
 inline void run_to_end(Simulation& simulation) {
   const StepGuard guard(simulation);
