@@ -183,9 +183,8 @@ inline Depths depths_at_rest(const State& state, double density, double from, do
       [&](std::size_t) { return width; });
 }
 
-/// Depth at a gauge in 3D: a mean of the water around (x, y), which counts less the further it is,
-/// and from `reach` [m] on not at all. (Of a square without weights one row of particles more or
-/// less is a fifth.)
+/// Depth at a gauge in 3D: a mean of the water around (x, y). Its weight falls to zero at `reach`
+/// [m]. (In a square without weights, one row of particles more or less is a fifth.)
 inline double depth_at_gauge(const State& state, double density, double x, double y, double reach) {
   double mass = 0;
   for (Index p = 0; p < state.size(); ++p) {

@@ -1,9 +1,9 @@
 // Dam break against a building, in 3D: depths at gauges against Soares-Frazao and Zech (2007), J.
 // Hydraul. Res. 45 (extra issue), 27-36. Their record has depths every 0.01 s (see
-// world/building-gauges.csv). Its clock does not begin when the water is free: at 0 s the level at
-// G6, 1.2 m from the gate, falls already, which a wave reaches in 0.6 s. So times are counted from
-// when the front is at G2. What a coarse run can be held to is when the front arrives at the
-// others, the depth behind it, and how much water has left the reservoir.
+// world/building-gauges.csv). Its clock begins after the water is free: at 0 s the level at G6
+// falls already. G6 is 1.2 m from the gate, and a wave takes 0.6 s to it. So times are counted from
+// the front's arrival at G2. Checked are its arrival at the other gauges, the depth behind it, the
+// bore that the building sends back, and how much water has left the reservoir.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 

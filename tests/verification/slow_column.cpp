@@ -15,11 +15,10 @@
 // Fluids 16, 2371 (glass beads): a until 0.74, 2 a^(1/2) beyond (both as Staron and Hinch quote
 // them).
 //
-// Experiments scatter around these laws by about 10 %, which is the band here. Some leave
-// it: the default viscosity is the same at any pressure, and holds sheets that are thinner than a
-// cell. Columns that end in such sheets (tall ones, and all around an axis) stay
-// short of the experiments, whatever the step and the cell. `viscosity_length`, a viscosity of
-// grains by pressure, brings them nearer, but its thin sheets depend on the step.
+// Experiments scatter around these laws by about 10 %, which is the band here. Tall columns, and
+// all columns around an axis, end in sheets that are thinner than a cell. The default viscosity
+// holds these sheets: it is the same at any pressure. So their run-outs are short, at any step and
+// cell. With `viscosity_length`, a viscosity by pressure, they are longer, but depend on the step.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
