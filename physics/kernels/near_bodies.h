@@ -49,9 +49,7 @@ std::pair<Vec<Dim>, double> ball_around(const Patch<Dim>& patch, Local cell) {
     }
     return {middle, half.norm()};
   }
-  const std::span<const Local> nodes = patch.topology.corner_nodes.empty()
-                                           ? patch.topology.support(c)
-                                           : std::span<const Local>(patch.topology.corner_nodes[c]);
+  const std::span<const Local> nodes = patch.topology.element_nodes(c);
   const auto place = [&](Local node) {
     return Vec<Dim>(Eigen::Map<const Vec<Dim>>(patch.node_position.data() +
                                                static_cast<std::ptrdiff_t>(node) * node_width));

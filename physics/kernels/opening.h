@@ -14,10 +14,11 @@
 ///
 /// V changes by J of what is left of e, which is that at the particle for solids, so that volume
 /// and stress stay in keeping; for fluids by J of d over the whole step, which has the change of
-/// the pressure by smoothing. Gaps and material of a cell's particles together are not larger than
-/// the cell: what came down to others in it has no gaps any more. So a material that was torn apart
-/// has its strength again at the volume that it had (the volume correction of Tampubolon et al.
-/// 2017), but for the elastic strain of the limit.
+/// the pressure by smoothing. Gaps and material of a particle together are not larger than its
+/// space, its mass over the mean density around its cell (density_around()): what came down to
+/// others has no gaps any more. So a material that was torn apart has its strength again at the
+/// volume that it had (the volume correction of Tampubolon et al. 2017), but for the elastic strain
+/// of the limit.
 #pragma once
 
 #include <algorithm>
@@ -68,8 +69,8 @@ double dilatancy(const LawType& law) {
 template <int Dim, class Real, class LawType>
 class OpeningIncrement {
  public:
-  /// `dilatancy` of the law; `opening` before the increment; at most `most` after it: a particle's
-  /// gaps and material are not larger than its cell.
+  /// `dilatancy` of the law; `opening` before the increment; at most `most` after it
+  /// (most_opening()).
   LAHAR_INLINE OpeningIncrement(const LawType& law, double dilatancy, const Real& opening,
                                 const Real& most)
       : law_(law), dilatancy_(dilatancy), opening_(opening), most_(most) {}

@@ -29,25 +29,30 @@ bool packing_pays(ParticleBins bins) {
 template <int Dim, class Real>
 class PackedBins {
  public:
-  /// The bins whose positions are in `chosen`; `bins` are those that `gradients` belong to.
-  PackedBins(ParticleBins bins, const std::vector<std::size_t>& chosen, const Rows<Dim>& rows,
+  /// The bins from .. to of `bins`, which `gradients` belong to.
+  PackedBins(ParticleBins bins, std::size_t from, std::size_t to, const Rows<Dim>& rows,
              const VelocityGradients<Dim>& gradients)
-      : bins_(bins), chosen_(chosen), first_(gradients.first), rows_(rows), memory_(of_thread()) {
-    for (const std::size_t r : chosen) size_ += bins[r].end - bins[r].begin;
+      : bins_(bins),
+        from_(from),
+        to_(to),
+        first_(gradients.first),
+        rows_(rows),
+        memory_(of_thread()) {
+    for (std::size_t r = from; r < to; ++r) size_ += bins[r].end - bins[r].begin;
     const auto room = static_cast<std::size_t>(size_ + lanes<Real>);
     std::size_t count = 0;
     rows_.each([&](double*&) { ++count; });
-    for (NodeArray* array : {&memory_.space, &memory_.work, &memory_.gradients.trace})
+    for (NodeArray* array : {&memory_.most_opening, &memory_.work, &memory_.gradients.trace})
       grow(*array, room);
     for (NodeArray& row : memory_.gradients.L) grow(row, room);
     grow(memory_.rows, count * room);
-    double* to = memory_.rows.data();
+    double* copy = memory_.rows.data();
     memory_.copies.clear();
     rows_.each([&](double*& row) {
-      gather(row, to, [](std::size_t, const ParticleBin& bin) { return bin.begin; });
-      memory_.copies.push_back({row, to});
-      row = to;
-      to += room;
+      gather(row, copy, [](std::size_t, const ParticleBin& bin) { return bin.begin; });
+      memory_.copies.push_back({row, copy});
+      row = copy;
+      copy += room;
     });
     const auto of_gradients = [&](std::size_t r, const ParticleBin&) { return first_[r]; };
     for (std::size_t k = 0; k < gradients.L.size(); ++k)
@@ -58,26 +63,28 @@ class PackedBins {
   const Rows<Dim>& rows() const { return rows_; }
   StoredGradient<Dim> gradient() const { return {memory_.gradients, 0, 0}; }
 
-  /// `of(bin)` is the space that particles of a bin have.
-  template <class Space>
-  void set_space(Space of) {
-    each_pack([&, last = no_bin, there = Real(0.0)](std::size_t r, const ParticleBin& bin, Local,
-                                                    Local to) mutable {
-      if (r != last) last = r, there = Real(of(bin));
-      store(there, memory_.space.data() + to);
+  /// Before most_opening() is asked for.
+  void find_most_opening(const Patch<Dim>& patch) {
+    each_pack([&, last = to_, density = 0.0](std::size_t r, const ParticleBin& bin, Local i,
+                                             Local to) mutable {
+      if (r != last) last = r, density = density_around(patch, bin);
+      store(lahar::most_opening<Dim, Real>(patch, density, bin.begin + i),
+            memory_.most_opening.data() + to);
     });
   }
 
   // What stress.cpp asks of some particles.
   Local begin() const { return 0; }
   Local end() const { return size_; }
-  LAHAR_INLINE Real space(Local p) const { return load<Real>(memory_.space.data() + p); }
+  LAHAR_INLINE Real most_opening(Local p) const {
+    return load<Real>(memory_.most_opening.data() + p);
+  }
   LAHAR_INLINE void add(const Real& work, Local p, Local n) {
     store_first(work, memory_.work.data() + p, n);
   }
   void record(Patch<Dim>& patch, Local p, const Failures& failures, const Real* before) const {
     Local at = 0;
-    for (const std::size_t r : chosen_) {
+    for (std::size_t r = from_; r < to_; ++r) {
       const ParticleBin& bin = bins_[r];
       const Local n = bin.end - bin.begin;
       unsigned here = 0;
@@ -104,7 +111,7 @@ class PackedBins {
  private:
   /// Of all patches of a thread: it stays in its cache.
   struct Memory {
-    NodeArray rows, space, work;
+    NodeArray rows, most_opening, work;
     VelocityGradients<Dim> gradients;
     std::vector<std::pair<double*, const double*>> copies;  ///< rows, and where they are here
   };
@@ -112,7 +119,6 @@ class PackedBins {
     static thread_local Memory memory;
     return memory;
   }
-  static constexpr std::size_t no_bin = ~std::size_t{0};
   static void grow(NodeArray& array, std::size_t size) {
     if (array.size() < size) array.resize(size);
   }
@@ -120,7 +126,7 @@ class PackedBins {
   template <class Visit>
   LAHAR_INLINE void each_pack(Visit visit) const {
     Local at = 0;
-    for (const std::size_t r : chosen_) {
+    for (std::size_t r = from_; r < to_; ++r) {
       const ParticleBin& bin = bins_[r];
       const Local n = bin.end - bin.begin;
       for (Local i = 0; i < n; i += lanes<Real>) visit(r, bin, i, at + i);
@@ -136,7 +142,7 @@ class PackedBins {
   }
 
   ParticleBins bins_;
-  const std::vector<std::size_t>& chosen_;
+  std::size_t from_, to_;
   const std::vector<Local>& first_;
   Rows<Dim> rows_;  // the copies
   Memory& memory_;

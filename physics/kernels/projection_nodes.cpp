@@ -7,6 +7,7 @@
 #include "physics/kernels/projection.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/node_space.h"
 #include "physics/particles/node_sums.h"
 
 namespace lahar {
@@ -19,26 +20,7 @@ constexpr std::uint8_t all_held = 0xff;
 /// Crowded particles of a closed tank spread at this multiple of |D| (projection.h).
 constexpr double spreading = 1.0;
 
-/// [m^3] each cell of the mesh gives every one of its nodes an equal part of its volume.
-template <int Dim>
-std::vector<double> space_of_nodes(const Patch<Dim>& patch, const Mesh<Dim>& mesh) {
-  std::vector<double> space;
-  for (const Index node : patch.topology.nodes) {
-    double sum = 0;
-    for (const Index cell : mesh.node_cells(node))
-      sum += mesh.cell_volume(cell) / mesh.element_nodes(cell).count;
-    space.push_back(sum);
-  }
-  return space;
-}
-
-template <int Dim>
-std::span<const Local> element_nodes(const Patch<Dim>& patch, std::size_t cell) {
-  if (patch.topology.corner_nodes.empty()) return patch.topology.support(cell);
-  return patch.topology.corner_nodes[cell];
-}
-
-/// The space of cells that particles fill, as space_of_nodes() counts it.
+/// The space of cells that particles fill, with equal parts for its nodes.
 template <int Dim>
 void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
@@ -46,7 +28,7 @@ void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
     if (patch.first_bin[c] < 0) continue;
     const double volume = step.model->mesh->cell_volume(patch.topology.cells[c]);
     if (!is_filled(*step.model, volume_in(patch, c), volume)) continue;
-    const auto nodes = element_nodes(patch, c);
+    const auto nodes = patch.topology.element_nodes(c);
     for (const Local node : nodes)
       sums[static_cast<std::ptrdiff_t>(node) * sum_stride + 2] +=
           volume / static_cast<double>(nodes.size());
@@ -169,8 +151,11 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
     return;
   }
   ProjectionNodes& nodes = patch.projection;
+  const Mesh<Dim>& mesh = *step.model->mesh;
   if (nodes.space.size() != static_cast<std::size_t>(patch.n_nodes()))
-    nodes.space = space_of_nodes(patch, *step.model->mesh);
+    nodes.space = space_of_nodes(patch.topology, mesh, [&](Index cell, const auto& of_cell, int) {
+      return mesh.cell_volume(cell) / of_cell.count;
+    });
   const std::vector<char> voids = voids_of(patch, step);
   find_pattern(patch, voids);
   patch.system.blocks.assign(patch.system.column.size(), 0.0);

@@ -45,11 +45,15 @@ struct LinearGradient {
 template <int Dim, class Real>
 struct OneBin {
   const ParticleBin& bin;
-  Real space_there, work{0.0};
+  const Patch<Dim>& patch;
+  double density = 0.0;  ///< density_around(); with gaps
+  Real work{0.0};
 
   Local begin() const { return bin.begin; }
   Local end() const { return bin.end; }
-  LAHAR_INLINE Real space(Local) const { return space_there; }
+  LAHAR_INLINE Real most_opening(Local p) const {
+    return lahar::most_opening<Dim, Real>(patch, density, p);
+  }
   LAHAR_INLINE void add(const Real& done, Local, Local n) { work += first_lanes(done, n); }
   void record(Patch<Dim>& patch, Local p, const Failures& failures, const Real* before) const {
     record_failures(patch, bin, p, failures, before);
@@ -113,7 +117,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
       };
       if constexpr (Gaps) {
         OpeningIncrement<Dim, Real, LawType> gaps(law, rows.dilatancy, load<Real>(rows.opening + p),
-                                                  max(Real(particles.space(p) - 1.0), Real(0.0)));
+                                                  particles.most_opening(p));
         apply(gaps.close(in, stress, state));
         gaps.open(stress, state);
         store_first(gaps.opening(), rows.opening + p, n);
@@ -159,10 +163,10 @@ LAHAR_INLINE Real update_one_bin(Patch<Dim>& patch, const Gradient& gradient,
                                  const StepContext<Dim>& step, StressPart part,
                                  const LawType& law) {
   check_volumes(patch, gradient, bin, step.dt);
-  OneBin<Dim, Real> particles{bin, Real(0.0)};
+  OneBin<Dim, Real> particles{bin, patch};
   if constexpr (Opens<LawType, Dim, Real>) {
     if (rows.opening) {
-      particles.space_there = Real(space_of(patch, bin, step.model->analysis));
+      particles.density = density_around(patch, bin);
       update_some<true, Dim, Real>(patch, particles, gradient, rows, step, part, law);
       return particles.work;
     }
@@ -171,52 +175,29 @@ LAHAR_INLINE Real update_one_bin(Patch<Dim>& patch, const Gradient& gradient,
   return particles.work;
 }
 
-/// How many bins of the same cell come before a bin, from `from` on.
-template <int Dim>
-int earlier_in_cell(const Patch<Dim>& patch, const ParticleBin& bin, const ParticleBin* from) {
-  int count = 0;
-  Local r = patch.first_bin[static_cast<std::size_t>(bin.cell)];
-  for (; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
-    const ParticleBin& other = patch.bins[static_cast<std::size_t>(r)];
-    count += &other >= from && &other < &bin;
-  }
-  return count;
-}
-
 /// Some bins as update_one_bin() does them one after the other, to the bit, but side by side.
 template <int Dim, class Real, class LawType>
 Real update_packed(Patch<Dim>& patch, ParticleBins bins, std::size_t from, std::size_t to,
                    const VelocityGradients<Dim>& gradients, const Rows<Dim>& rows,
                    const StepContext<Dim>& step, StressPart part, const LawType& law) {
   static thread_local NodeArray work;
-  static thread_local std::vector<std::size_t> chosen;
   if (work.size() < gradients.trace.size()) work.resize(gradients.trace.size());
   for (std::size_t r = from; r < to; ++r)
     if (const ParticleBin& bin = bins[r]; bin.begin < bin.end)
       check_volumes(patch, StoredGradient<Dim>(gradients, gradients.first[r], bin.begin), bin,
                     step.dt);
-  // The space in a cell depends on volumes: its bins wait for each other.
-  std::size_t left = to - from;
-  for (int turn = 0; left > 0; ++turn) {
-    chosen.clear();
-    for (std::size_t r = from; r < to; ++r)
-      if (!rows.opening || earlier_in_cell(patch, bins[r], &bins[from]) == turn)
-        chosen.push_back(r);
-    left -= chosen.size();
-    PackedBins<Dim, Real> packed(bins, chosen, rows, gradients);
-    if constexpr (Opens<LawType, Dim, Real>) {
-      if (rows.opening) {
-        packed.set_space(
-            [&](const ParticleBin& bin) { return space_of(patch, bin, step.model->analysis); });
-        update_some<true, Dim, Real>(patch, packed, packed.gradient(), packed.rows(), step, part,
-                                     law);
-        packed.finish(work.data());
-        continue;
-      }
-    }
-    update_some<false, Dim, Real>(patch, packed, packed.gradient(), packed.rows(), step, part, law);
-    packed.finish(work.data());
+  PackedBins<Dim, Real> packed(bins, from, to, rows, gradients);
+  const auto with = [&]<bool Gaps>() {
+    update_some<Gaps, Dim, Real>(patch, packed, packed.gradient(), packed.rows(), step, part, law);
+  };
+  constexpr bool opens = Opens<LawType, Dim, Real>;
+  if (opens && rows.opening) {
+    packed.find_most_opening(patch);
+    with.template operator()<opens>();
+  } else {
+    with.template operator()<false>();
   }
+  packed.finish(work.data());
   Real sum(0.0);
   for (std::size_t r = from; r < to; ++r) {
     const Local n = bins[r].end - bins[r].begin;

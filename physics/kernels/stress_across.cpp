@@ -100,7 +100,7 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
                 const LawType& law) {
   const double dt = step.dt, least = dt * gradient.least_trace(bin.end - bin.begin);
   if (!(1.0 + least > 0.0)) record_collapse(patch, bin, least);
-  const double space = Gaps ? space_of(patch, bin, step.model->analysis) : 0.0;
+  const double density = Gaps ? density_around(patch, bin) : 0.0;
   Real work(0.0);
   for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     const Local n = bin.end - p;
@@ -112,11 +112,14 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
     load_state<LawType>(rows.state, p, state);
     LawUpdate<Gaps, Real, LawType> of_law{.law = law,
                                           .dilatancy = rows.dilatancy,
-                                          .most = Real(std::max(space - 1.0, 0.0)),
+                                          .most = Real(0.0),
                                           .opening = Real(0.0),
                                           .volumetric = Real(0.0),
                                           .domain = {}};
-    if constexpr (Gaps) of_law.opening = load<Real>(rows.opening + p);
+    if constexpr (Gaps) {
+      of_law.opening = load<Real>(rows.opening + p);
+      of_law.most = most_opening<2, Real>(patch, density, p);
+    }
     LawInput<3, Real> in;
     if constexpr (plane == Plane::axisymmetric) {
       in = input_of(L, gradient.across<Real>(p), trace, step);

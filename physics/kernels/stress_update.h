@@ -6,6 +6,7 @@
 #include "physics/kernels/law_fault.h"
 #include "physics/kernels/velocity_gradients.h"
 #include "physics/materials/law.h"
+#include "physics/particles/node_space.h"
 
 namespace lahar {
 
@@ -158,21 +159,24 @@ LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], 
   if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
 }
 
-/// Volume of a bin's cell, or of a cube of its smallest width, as a multiple of that of the
-/// material of its particles.
+/// Mean density [kg/m^3] around the cell of a bin: mass at the cell's nodes over their space. Where
+/// cells are full this hardly depends on how particles lie in them.
 template <int Dim>
-double space_of(const Patch<Dim>& patch, const ParticleBin& bin, const Analysis& analysis) {
+double density_around(const Patch<Dim>& patch, const ParticleBin& bin) {
   const auto c = static_cast<std::size_t>(bin.cell);
-  double space = 1, material = 0;
-  for (std::size_t d = 0; d < Dim; ++d)
-    space *= patch.cartesian ? 2.0 / patch.box[c][Dim + d] : patch.cell_size[c];
-  const double *volume = patch.particles.row(Column::volume), *x = patch.particles.row(Column::x);
-  for (Local r = patch.first_bin[c]; r >= 0; r = patch.bins[static_cast<std::size_t>(r)].next) {
-    const ParticleBin& other = patch.bins[static_cast<std::size_t>(r)];
-    for (Local p = other.begin; p < other.end; ++p)
-      material += volume[p] / depth_at(analysis, x[p]);
-  }
-  return space / material;
+  double mass = 0;
+  for (const Local node : nodes_with_mass(patch.topology, patch.element, c))
+    mass += patch.velocity[static_cast<std::size_t>(node) * node_width + mass_lane];
+  return mass / patch.space[c];
+}
+
+/// How large the gaps of the particles from p on are at most, as a share of their material: mass
+/// with this density fills its space.
+template <int Dim, class Real>
+LAHAR_INLINE Real most_opening(const Patch<Dim>& patch, double density, Local p) {
+  const Real mass = load<Real>(patch.particles.row(Column::mass) + p),
+             volume = load<Real>(patch.particles.row(Column::volume) + p);
+  return max(mass / (volume * density) - 1.0, Real(0.0));
 }
 
 }  // namespace lahar

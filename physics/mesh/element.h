@@ -266,6 +266,21 @@ LAHAR_INLINE void Shape<E>::gradients(const Real (&xi)[dim], Real (&dN)[nodes][d
   }
 }
 
+/// Mean over an element of the function of its node a; of straight and parallel edges.
+constexpr double mean_of_function(Element e, int a) {
+  const ElementInfo& of = info(e);
+  if (of.order == 1) return 1.0 / of.nodes;
+  int middles = 0;  // of axes; of triangles, whether an edge's middle
+  for (int d = 0; d < of.dim; ++d)
+    middles += detail::node_place(e, a)[static_cast<std::size_t>(d)] == (of.simplex ? 1 : 0);
+  if (of.simplex) return middles ? 1.0 / 3.0 : 0.0;
+  if (e == Element::Q8) return middles ? 1.0 / 3.0 : -1.0 / 12.0;
+  if (e == Element::H20) return middles ? 1.0 / 6.0 : -1.0 / 8.0;
+  double mean = 1;
+  for (int d = 0; d < of.dim; ++d) mean *= d < middles ? 2.0 / 3.0 : 1.0 / 6.0;
+  return mean;
+}
+
 /// Throws: an element of the other dimension came where it cannot come, a mistake of the program.
 [[noreturn]] void wrong_element(Element element, int dim);
 

@@ -150,6 +150,11 @@ struct PatchTopology {
     const auto size = static_cast<std::size_t>(support_size);
     return std::span(support_nodes).subspan(cell * size, size);
   }
+  /// The nodes of the mesh that a local cell has.
+  std::span<const Local> element_nodes(std::size_t cell) const {
+    if (corner_nodes.empty()) return support(cell);
+    return corner_nodes[cell];
+  }
 
   /// Shared nodes: for local node shared_node[s], the contributions to sum, in ascending patch id
   /// and *including this patch itself*, are entries first[s] .. first[s+1].

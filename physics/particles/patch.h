@@ -158,6 +158,7 @@ struct Patch {
   NodeArray node_position;
   double smallest_cell = 0;                 ///< [m] least of cell_size
   std::vector<double> cell_size;            ///< [m], for the time step limit
+  std::vector<double> space;                ///< [m^3] of space_around_cells(); only with gaps
   tsl::robin_map<Index, Local> local_cell;  ///< local number of a global cell id; first body
 
   // Node arrays by local node, node_width doubles each, sums sum_stride apart.

@@ -9,6 +9,7 @@
 #include "physics/contact/contact.h"
 #include "physics/kernels/node_supports.h"
 #include "physics/mesh/partition_common.h"
+#include "physics/particles/node_space.h"
 #include "runtime/patches/patch_constraints.h"
 #include "runtime/patches/patch_set.h"
 
@@ -98,6 +99,7 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
       box[static_cast<std::size_t>(Dim + d)] = 2.0 / geometry.length[d];
     }
   }
+  if (layout_.has(Column::opening)) patch->space = space_around_cells(patch->topology, *model_);
   patch->smallest_cell = *std::min_element(patch->cell_size.begin(), patch->cell_size.end());
   const std::size_t size = nodes.size() * node_width;
   if (!patch->cartesian || needs_node_positions(model_->analysis)) {

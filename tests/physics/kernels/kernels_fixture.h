@@ -6,6 +6,7 @@
 #include "physics/basis/cpdi_domain.h"
 #include "physics/basis/support.h"
 #include "physics/kernels/kernels.h"
+#include "physics/particles/node_space.h"
 #include "tests/physics/mesh/element_fixtures.h"
 
 namespace lahar::test {
@@ -65,6 +66,7 @@ struct OnePatch {
         box[static_cast<std::size_t>(Dim + d)] = 2.0 / m.geometry(c).length[d];
       }
     }
+    if (gaps) patch.space = space_around_cells(patch.topology, model);
     const auto nodes = static_cast<std::size_t>(m.n_nodes());
     const NodeArray zero(nodes * node_width, 0.0);
     patch.node_position = patch.velocity = patch.acceleration = patch.damping = zero;

@@ -176,6 +176,8 @@ TEST_CASE("a law that takes long gives the same bits to particles of several bin
       f.fill(random, slots);
       set_linear(f, f.patch.velocity, random);
       for (double& v : f.patch.velocity) v += uniform(random, -0.1, 0.1);
+      for (Local n = 0; n < f.patch.n_nodes(); ++n)
+        f.patch.velocity[f.at(n, mass_lane)] = uniform(random, 0.1, 2);
       set_loose_soil(f, random);
       split_bins(f.patch);
       return f;

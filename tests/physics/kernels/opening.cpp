@@ -6,8 +6,9 @@
 #include <cmath>
 #include <random>
 
+#include "physics/kernels/stress_update.h"
 #include "physics/materials/law.h"
-#include "tests/physics/mesh/mesh_fixtures.h"
+#include "tests/physics/kernels/kernels_fixture.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -157,7 +158,7 @@ TEST_CASE("dilation of sheared soil, elasticity and compression open nothing") {
   CHECK(!can_open(LinearElastic{.youngs_modulus = 1e6, .poisson_ratio = 0.3}));
 }
 
-TEST_CASE("gaps and material of a particle are not larger than its cell") {
+TEST_CASE("gaps and material of a particle are not larger than its space") {
   const auto law = prepare(dry_sand);
   Scalar stress[4], state[most_state];
   double begin[most_state] = {};
@@ -173,6 +174,87 @@ TEST_CASE("gaps and material of a particle are not larger than its cell") {
   gaps.open(stress, state);
   CHECK(gaps.opening()[0] == 3.0);
   CHECK(std::abs(gaps.of_material()[0]) < 1e-15);
+}
+
+namespace {
+
+/// What density_around() finds in a mesh that is full of particles of the density 1.5, the largest
+/// difference over the cells as a share of it.
+template <int Dim>
+double error_of_density(Mesh<Dim>&& mesh, ShapeFunctions functions, Plane plane = Plane::strain) {
+  OnePatch<Dim> f(std::move(mesh), Natural::stored, functions, Affine::none, &dry_sand, true);
+  f.model.analysis.plane = plane;
+  f.patch.space = space_around_cells(f.patch.topology, f.model);
+  std::mt19937 random(1);
+  // Gauss's points, and where functions reach beyond the cell particles that fill it.
+  const bool simplex = info(f.patch.element).simplex, points = functions == ShapeFunctions::element;
+  const int n = points ? 2 : 4;
+  const auto place = [&](int k) {
+    Vec<Dim> xi;
+    if (simplex) {
+      const double near = Dim == 2 ? 2.0 / 3.0 : 0.5854101966249685;
+      for (int d = 0; d < Dim; ++d) xi[d] = d + 1 == k ? near : (1.0 - near) / Dim;
+    } else {
+      for (int d = 0; d < Dim; ++d, k /= n)
+        xi[d] = points ? (k % n ? 1.0 : -1.0) / std::sqrt(3.0) : (2 * (k % n) + 1.0) / n - 1.0;
+    }
+    return xi;
+  };
+  const int count = simplex ? Dim + 1 : Dim == 2 ? n * n : n * n * n;
+  for (Index c = 0; c < f.model.mesh->n_cells(); ++c) {
+    std::vector<Local> there;
+    for (int k = 0; k < count; ++k) {
+      there.push_back(f.patch.particles.size());
+      f.add(random, static_cast<Local>(c), place(k), 0);
+    }
+    for (const Local p : there) {
+      const double depth = depth_at(f.model.analysis, f.at(Column::x, p, 0));
+      f.at(Column::mass, p) = 1.5 * depth * f.model.mesh->cell_volume(c) / there.size();
+      if (f.patch.particles.layout().has(Column::domain))
+        for (int d = 0; d < Dim; ++d)
+          f.at(Column::domain, p, d) = f.model.mesh->geometry(c).length[d] / n;
+    }
+  }
+  receive(f.patch);
+  map_mass_momentum(f.patch, f.context(), f.patch.bins);
+  nodal_velocity(f.patch, f.context());
+  double worst = 0;
+  for (const ParticleBin& bin : f.patch.bins)
+    worst = std::max(worst, std::abs(density_around(f.patch, bin) / 1.5 - 1));
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("the density around each cell of a full mesh is that of its material") {
+  for (const auto functions : {ShapeFunctions::element, ShapeFunctions::gimp}) {
+    CHECK(error_of_density(boxes<2>(), functions) < 1e-12);
+    CHECK(error_of_density(boxes<3>(), functions) < 1e-12);
+  }
+  // A spline's function of the second node from a wall is smaller by 1/24 and 1/12.
+  for (const auto& [functions, share] : {std::pair(ShapeFunctions::quadratic_spline, 1.0 / 24),
+                                         std::pair(ShapeFunctions::cubic_spline, 1.0 / 12)}) {
+    CHECK(error_of_density(boxes<2>(), functions) < 1.1 * (1 - std::pow(1 - share / 2, 2)));
+    CHECK(error_of_density(boxes<3>(), functions) < 1.1 * (1 - std::pow(1 - share, 3)));
+  }
+  // Cells of unequal size give their nodes equal parts.
+  CHECK(error_of_density(skewed<2>(), ShapeFunctions::element) < 0.03);
+  CHECK(error_of_density(skewed<3>(), ShapeFunctions::element) < 0.03);
+  const auto ring = [] { return Mesh<2>::structured({0, 0}, {0.5, 1}, {6, 3}); };
+  CHECK(error_of_density(ring(), ShapeFunctions::element, Plane::axisymmetric) < 1e-12);
+  CHECK(error_of_density(ring(), ShapeFunctions::gimp, Plane::axisymmetric) < 0.02);
+  const auto check = [](auto dim, Element element) {
+    constexpr int Dim = dim();
+    std::array<Index, Dim> counts;
+    counts.fill(3);
+    const auto t = element_grid<Dim>(element, Vec<Dim>::Zero(), Vec<Dim>::Ones(), counts);
+    auto mesh = Mesh<Dim>::from_tables(t.nodes, t.element, t.cells, true);
+    CHECK(error_of_density(std::move(mesh), ShapeFunctions::element) < 1e-12);
+  };
+  for_elements<2>(
+      [&](Element element, std::mt19937&) { check(std::integral_constant<int, 2>(), element); });
+  for_elements<3>(
+      [&](Element element, std::mt19937&) { check(std::integral_constant<int, 3>(), element); });
 }
 
 TEST_CASE("sand without dilation and cohesion keeps its volume however it is sheared and shaken") {

@@ -128,7 +128,45 @@ std::string message_of(auto make) {
   return "";
 }
 
+/// Means of an element's functions, by points at which polynomials of the second order are exact.
+template <int Dim>
+void check_means(Element element) {
+  const auto check = [&](auto constant) {
+    constexpr Element E = constant();
+    constexpr int nodes = info(E).nodes;
+    std::array<double, nodes> mean{};
+    const auto add = [&](const double(&xi)[Dim], double weight) {
+      double N[nodes];
+      Shape<E>::values(xi, N);
+      for (std::size_t a = 0; a < mean.size(); ++a) mean[a] += weight * N[a];
+    };
+    if constexpr (info(E).simplex) {
+      for (int corner = 0; corner <= Dim; ++corner) {
+        // Dim + 1 points, each as near to a corner (Hammer and Stroud 1956).
+        const double near = Dim == 2 ? 2.0 / 3.0 : 0.5854101966249685;
+        double xi[Dim];
+        for (int d = 0; d < Dim; ++d) xi[d] = d + 1 == corner ? near : (1.0 - near) / Dim;
+        add(xi, 1.0 / (Dim + 1));
+      }
+    } else {
+      for (int g = 0; g < 1 << Dim; ++g) {
+        double xi[Dim];
+        for (int d = 0; d < Dim; ++d) xi[d] = (g >> d & 1 ? 1.0 : -1.0) / std::sqrt(3.0);
+        add(xi, 1.0 / (1 << Dim));
+      }
+    }
+    for (std::size_t a = 0; a < mean.size(); ++a)
+      CHECK(mean[a] == doctest::Approx(mean_of_function(E, static_cast<int>(a))).epsilon(1e-12));
+  };
+  with_element<Dim>(element, check);
+}
+
 }  // namespace
+
+TEST_CASE("means of the functions of every element") {
+  for_elements<2>([](Element element, std::mt19937&) { check_means<2>(element); });
+  for_elements<3>([](Element element, std::mt19937&) { check_means<3>(element); });
+}
 
 TEST_CASE("meshes of every element find the cell of a point, by search and by walking") {
   check_location<2>();

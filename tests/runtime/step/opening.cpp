@@ -1,5 +1,6 @@
 // Loose material in whole runs: volumes, steps, and the same bits however they are executed.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -74,6 +75,40 @@ TEST_CASE("sand without cohesion that is torn apart as it falls keeps its volume
   const Outcome grown = run(torn_sand(R"(, "opening": false)"), serial());
   CHECK(largest(grown.frames.back(), "volume") > 1.3 * first_volume);
   CHECK(!grown.frames.back().find("opening"));
+}
+
+TEST_CASE("what sand that spreads becomes larger by is known as gaps, also in full cells") {
+  const auto spread = [](ShapeFunctions functions, Plane plane) {
+    Model<2> model =
+        model_of_text<2>(fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 0.1, "extent": [2, 2]}}}},
+      "materials": [{{"type": "MohrCoulomb", "density": 1600, "youngs_modulus": 1e5,
+                     "poisson_ratio": 0.3, "friction": 30, "dilation": 0, "cohesion": 0,
+                     "tension_cutoff": 0}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                                   "region": {{"box": {{"min": [0, 0.5], "max": [1, 1.5]}}}}}}}}],
+      "analysis": {{"dt": 1e-3, "nsteps": 200, "plane": "{}"}},
+      "post_processing": {{"output_steps": 200, "history_steps": 200}}}})",
+                                     plane == Plane::strain ? "strain" : "axisymmetric"));
+    model = with_functions(std::move(model), functions);
+    constexpr double rate = 0.5;  // all lengths grow by 0.1
+    for (const Vec<2>& x : model.particles.x)
+      model.particles.velocity.push_back(rate * (x - Vec<2>(0, 1)));
+    const Outcome outcome = run(model, serial());
+    REQUIRE(outcome.error == "");
+    double before = 0, after = 0;
+    for (const double volume : model.particles.volume) before += volume;
+    const Frame& end = outcome.frames.back();
+    for (std::size_t p = 0; p < end.find("volume")->values.size(); ++p)
+      after += end.find("volume")->values[p] * (1 + end.find("opening")->values[p]);
+    return after / before;
+  };
+  for (const auto functions :
+       {ShapeFunctions::element, ShapeFunctions::gimp, ShapeFunctions::quadratic_spline}) {
+    CAPTURE(static_cast<int>(functions));
+    CHECK(spread(functions, Plane::strain) == doctest::Approx(1.1 * 1.1).epsilon(0.03));
+    CHECK(spread(functions, Plane::axisymmetric) == doctest::Approx(1.1 * 1.1 * 1.1).epsilon(0.03));
+  }
 }
 
 TEST_CASE("in CB-Geo's input volumes follow the velocity field") {

@@ -1,0 +1,46 @@
+#include "physics/particles/node_space.h"
+
+namespace lahar {
+
+namespace {
+
+/// Depth where the function of a node has its middle in a cell: exact for boxes.
+double depth_of_share(const Model<2>& model, const CellNodes<2>& nodes, int a) {
+  if (model.analysis.plane != Plane::axisymmetric) return 1.0;
+  double centre = 0;
+  for (const Index node : nodes) centre += model.mesh->node(node).x() / nodes.count;
+  return depth_at(model.analysis, (model.mesh->node(nodes.begin()[a]).x() + 2.0 * centre) / 3.0);
+}
+double depth_of_share(const Model<3>&, const CellNodes<3>&, int) {
+  return 1.0;
+}
+
+}  // namespace
+
+template <int Dim>
+std::vector<double> space_around_cells(const PatchTopology<Dim>& topology,
+                                       const Model<Dim>& model) {
+  const Mesh<Dim>& mesh = *model.mesh;
+  const Element element = mesh.element();
+  const bool positive =
+      !model.analysis.lagrange_functions && element != Element::Q8 && element != Element::H20;
+  const auto of_node =
+      space_of_nodes(topology, mesh, [&](Index cell, const CellNodes<Dim>& nodes, int a) {
+        const double mean = positive ? 1.0 / nodes.count : mean_of_function(element, a);
+        return mesh.cell_volume(cell) * mean * depth_of_share(model, nodes, a);
+      });
+  std::vector<double> space;
+  space.reserve(topology.cells.size());
+  for (std::size_t c = 0; c < topology.cells.size(); ++c) {
+    double sum = 0;
+    for (const Local node : nodes_with_mass(topology, element, c))
+      sum += of_node[static_cast<std::size_t>(node)];
+    space.push_back(sum);
+  }
+  return space;
+}
+
+template std::vector<double> space_around_cells(const PatchTopology<2>&, const Model<2>&);
+template std::vector<double> space_around_cells(const PatchTopology<3>&, const Model<3>&);
+
+}  // namespace lahar
