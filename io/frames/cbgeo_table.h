@@ -15,6 +15,8 @@ namespace lahar {
 /// order xx yy zz xy yz xz, shear strains are engineering strains.
 struct CbgeoParticle {
   static constexpr int max_states = 20;
+  /// The last of svars, which no law has: Column::opening. CB-Geo MPM writes 0.
+  static constexpr int opening = max_states - 1;
   std::int64_t id = 0;
   double mass = 0;    ///< [kg]
   double volume = 0;  ///< [m^3]

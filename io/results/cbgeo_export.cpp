@@ -15,7 +15,7 @@ namespace lahar {
 
 namespace {
 
-static_assert(most_state <= CbgeoParticle::max_states, "a law has more than the file holds");
+static_assert(most_state <= CbgeoParticle::opening, "a law has more than the file holds");
 
 /// State variables of a law, by its name in scenarios.
 template <class... Laws>
@@ -34,7 +34,7 @@ std::vector<std::string> states_of(std::string_view type) {
 
 /// The columns of a frame where the rows of the table come from; null = the frame has none.
 struct Columns {
-  const FrameColumn *mass, *volume, *displacement, *velocity, *stress, *strain;
+  const FrameColumn *mass, *volume, *displacement, *velocity, *stress, *strain, *opening;
   std::map<Index, std::vector<const FrameColumn*>> states;  ///< by material id
 
   Columns(const Frame& frame, const CbgeoRun& run)
@@ -43,7 +43,8 @@ struct Columns {
         displacement(frame.find("displacement")),
         velocity(frame.find("velocity")),
         stress(frame.find("stress")),
-        strain(frame.find("strain")) {
+        strain(frame.find("strain")),
+        opening(frame.find("opening")) {
     for (const auto& [material, names] : run.states)
       for (const std::string& name : names) states[material].push_back(frame.find(name));
   }
@@ -67,6 +68,7 @@ CbgeoParticle particle_of(const Frame& frame, const Columns& columns, std::size_
   get(columns.velocity, i, frame.dim, p.velocity);
   get(columns.stress, i, 6, p.stress);
   get(columns.strain, i, 6, p.strain);
+  if (columns.opening) p.svars[CbgeoParticle::opening] = columns.opening->values[i];
   p.epsilon_v = p.strain[0] + p.strain[1] + p.strain[2];
   if (frame.material.empty()) return p;
   p.material_id = static_cast<std::uint32_t>(frame.material[i]);

@@ -358,7 +358,7 @@ class ScenarioBuilder {
   // scenario_doubts_gravity.cpp
   void warn_of_gravity_upward();
   void warn_of_gravity_across(const JsonValue& gravity);
-  void warn_of_small_cohesion();
+  void warn_of_small_strength();
   void warn_of_distant_gauges();
   void warn_of_distant_bodies();
   void warn_of_no_load();

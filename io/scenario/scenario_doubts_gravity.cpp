@@ -98,9 +98,10 @@ void ScenarioBuilder<Dim>::warn_of_gravity_across(const JsonValue& given) {
               fmt::format("is {} meant?", text_of<Dim>(down)));
 }
 
-// Some kPa hold a slope, some Pa do not. Less than 2 Pa are there to keep particles together.
+// Some kPa hold a slope, some Pa do not. Less than 2 Pa are there to keep particles together. Yield
+// stresses of clay are some kPa, too.
 template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_small_cohesion() {
+void ScenarioBuilder<Dim>::warn_of_small_strength() {
   constexpr double least = 2, most = 100;  // [Pa] as kPa: silt to hard clay
   constexpr double share = 0.01;           // of rho g H: more than that has an effect
   const double g = model_.gravity.norm();
@@ -114,18 +115,20 @@ void ScenarioBuilder<Dim>::warn_of_small_cohesion() {
   const auto ends = team_.most(std::vector<double>{-low, high});
   const auto materials = get_list(root_, "materials");
   for (std::size_t m = 0; m < materials.size(); ++m) {
-    const auto cohesion = get_number(*materials[m], "cohesion");
-    if (!cohesion || *cohesion < least || *cohesion > most || !materials[m]->find("friction"))
-      continue;
+    const bool rubs = materials[m]->find("friction");
+    const char* key = rubs ? "cohesion" : "yield_stress";
+    const auto strength = get_number(*materials[m], key);
+    if (!strength || *strength < least || *strength > most) continue;
     const double weight = model_.materials[m].density * g * (ends[0] + ends[1]);
-    if (*cohesion > share * weight) continue;
-    in_.warning(*materials[m]->find("cohesion"),
-                fmt::format("is the cohesion of '{}' meant in kPa? {:g} Pa bear nothing beside "
-                            "rho g H = {:.3g} Pa",
-                            model_.materials[m].name, *cohesion, weight),
-                fmt::format("stresses are in Pa: {:g} kPa are {:g}. If it only keeps grains "
-                            "together, 1 Pa does so, too",
-                            *cohesion, 1e3 * *cohesion));
+    if (*strength > share * weight) continue;
+    in_.warning(
+        *materials[m]->find(key),
+        fmt::format("is the {} of '{}' meant in kPa? {:g} Pa bear nothing beside rho g H = {:.3g} "
+                    "Pa",
+                    rubs ? "cohesion" : "yield stress", model_.materials[m].name, *strength,
+                    weight),
+        fmt::format("stresses are in Pa: {:g} kPa are {:g}{}", *strength, 1e3 * *strength,
+                    rubs ? ". If it only keeps grains together, 1 Pa does so, too" : ""));
   }
 }
 

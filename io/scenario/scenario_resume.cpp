@@ -208,6 +208,7 @@ void ScenarioBuilder<Dim>::add_resumed(const CbgeoParticle& row, const std::stri
   to.cell.push_back(-1);
   to.volume.push_back(row.volume);
   to.mass.push_back(row.mass);
+  to.opening.push_back(std::max(0.0, row.svars[CbgeoParticle::opening]));
   to.material.push_back(static_cast<std::uint16_t>(material - model_.materials.begin()));
   to.velocity.push_back(Vec<Dim>(row.velocity));
   to.displacement.push_back(Vec<Dim>(row.displacement));

@@ -131,6 +131,7 @@ struct ParticleTable {
   std::vector<Vec<Dim>> liquid_velocity;  ///< [m/s] of the liquid in pores; empty = as `velocity`
   std::vector<Voigt> strain;              ///< engineering shear; empty = zero
   std::vector<double> mass;               ///< [kg]; empty = volume times the material's density
+  std::vector<double> opening;            ///< [-] Column::opening; empty = zero
   /// State variables of the particle's material, in its order; empty = those of its beginning.
   std::vector<std::array<double, most_state>> state;
   std::vector<Index> id;             ///< ascending; empty = the position

@@ -132,6 +132,7 @@ void keep_share(ParticleTable<Dim>& particles, const Communicator& ranks) {
   cut(particles.pore_pressure);
   cut(particles.strain);
   cut(particles.mass);
+  cut(particles.opening);
   cut(particles.state);
   cut(particles.id);
   cut(particles.loads);
@@ -236,6 +237,7 @@ void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::
   delivery.send(particles.pore_pressure);
   delivery.send(particles.strain);
   delivery.send(particles.mass);
+  delivery.send(particles.opening);
   delivery.send(particles.state);
   delivery.send(particles.loads);
 }

@@ -166,11 +166,13 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
       for (std::size_t k = 0; k < stress.size(); ++k) stress[k][i] = table.stress[row][k];
     });
   }
-  if (!table.pore_pressure.empty()) {
-    double* pressure = to.row(Column::pore_pressure);
-    for_each_row(rows,
-                 [&](std::size_t row, std::size_t i) { pressure[i] = table.pore_pressure[row]; });
-  }
+  const auto set_scalar = [&](Column column, const std::vector<double>& values) {
+    if (values.empty() || !to.layout().has(column)) return;
+    double* to_row = to.row(column);
+    for_each_row(rows, [&](std::size_t row, std::size_t i) { to_row[i] = values[row]; });
+  };
+  set_scalar(Column::pore_pressure, table.pore_pressure);
+  set_scalar(Column::opening, table.opening);
   if (!table.strain.empty()) {  // 2D: xx yy xy
     const auto strain = to.template rows<strain_components<Dim>>(Column::strain);
     for_each_row(rows, [&](std::size_t row, std::size_t i) {

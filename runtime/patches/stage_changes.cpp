@@ -240,6 +240,7 @@ void keep_rows_from(ParticleTable<Dim>& particles, Index first) {
   cut(particles.liquid_velocity);
   cut(particles.strain);
   cut(particles.mass);
+  cut(particles.opening);
   cut(particles.state);
   cut(particles.loads);
   cut(particles.id);

@@ -12,10 +12,16 @@ using namespace lahar;
 
 namespace {
 
+/// The law of a sand with this cohesion [Pa].
+std::string sand_with(const std::string& cohesion) {
+  return R"("type": "MohrCoulomb", "friction": 30, "dilation": 0, "tension_cutoff": 0, "cohesion": )" +
+         cohesion;
+}
+
 /// Sand on a floor, in two dimensions.
 struct Flat {
-  std::string gravity = "[0, -9.81]", cohesion = "0", held = "floor", bodies = "", gauges = "",
-              geometry = "";
+  std::string gravity = "[0, -9.81]", strength = sand_with("0"), held = "floor", bodies = "",
+              gauges = "", geometry = "";
 };
 
 std::string warnings_of(const Flat& c) {
@@ -27,15 +33,14 @@ std::string warnings_of(const Flat& c) {
                          "sides": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}}}}}},
     "geometry": {{{}}},
     "rigid_bodies": [{}],
-    "materials": [{{"name": "sand", "type": "MohrCoulomb", "density": 2000, "friction": 30,
-                    "youngs_modulus": 1e7, "poisson_ratio": 0.3, "cohesion": {}, "dilation": 0,
-                    "tension_cutoff": 0}}],
+    "materials": [{{"name": "sand", "density": 2000, "youngs_modulus": 1e7, "poisson_ratio": 0.3,
+                    {}}}],
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "sand",
                      "region": {{"box": {{"min": [0, 0], "max": [8, 2]}}}}}}}}],
     "external_loading_conditions": {{"gravity": {}}},
     "post_processing": {{"gauges": [{}]}},
     "analysis": {{"nsteps": 1}}}})",
-                  c.held, c.geometry, c.bodies, c.cohesion, c.gravity, c.gauges),
+                  c.held, c.geometry, c.bodies, c.strength, c.gravity, c.gauges),
       "");
   return format_problems(s.warnings, "warning");
 }
@@ -90,11 +95,21 @@ TEST_CASE("gravity across the heights of terrain is warned of") {
 
 TEST_CASE("a cohesion of some Pa is asked for, that of 1 Pa and of some kPa is not") {
   const auto asks = [](const char* cohesion) {
-    return warns(warnings_of({.cohesion = cohesion}), "is the cohesion of 'sand' meant in kPa?");
+    return warns(warnings_of({.strength = sand_with(cohesion)}),
+                 "is the cohesion of 'sand' meant in kPa?");
   };
   CHECK(asks("5"));
   CHECK(asks("100"));
   for (const char* meant : {"0", "1", "101", "5e3"}) CHECK_FALSE(asks(meant));
+}
+
+TEST_CASE("so is a yield stress of some Pa") {
+  const auto said = [](const std::string& stress) {
+    return warnings_of({.strength = R"("type": "VonMises", "yield_stress": )" + stress});
+  };
+  CHECK(warns(said("30"), "is the yield stress of 'sand' meant in kPa? 30 Pa bear nothing"));
+  CHECK(said("30").find("grains") == std::string::npos);
+  CHECK(said("3e4") == "");
 }
 
 TEST_CASE("gauges outside of the mesh are warned of, with how many places and where the mesh is") {

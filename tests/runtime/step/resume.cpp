@@ -1,6 +1,7 @@
 // Runs that go on from a particle file of CB-Geo MPM.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -102,8 +103,11 @@ TEST_CASE("a run that is exported and resumed agrees with one that was not inter
       const Frame begin = frame_of(model, serial(), 0);
       CHECK(begin.step == 40);
       CHECK(begin.time == middle.time);
+      const auto& gaps = middle.find("opening")->values;
+      CHECK(*std::max_element(gaps.begin(), gaps.end()) > 0);
       CHECK(begin.id == middle.id);
-      for (const char* column : {"velocity", "displacement", "stress", "volume", "mass", "strain"})
+      for (const char* column :
+           {"velocity", "displacement", "stress", "volume", "mass", "strain", "opening"})
         CHECK(same_bits(begin.find(column)->values, middle.find(column)->values));
 
       const Frame expected = frame_of(whole, serial(), 100);
