@@ -31,10 +31,11 @@ void PatchSet<Dim>::need_memory(std::span<const Index> ids, std::span<const Inde
   if (!std::isfinite(memory_.bytes)) return;
   const Mesh<Dim>& mesh = *model_->mesh;
   const double bodies = model_->analysis.contact.bodies;
-  // A cell's id and its place, nodes, measures; a node's id, and where it has sums these and what
-  // follows from them: velocity and acceleration.
-  constexpr double cell_bytes =
-      3 * sizeof(Index) + corners<Dim> * sizeof(Local) + (2 * Dim + 1) * sizeof(double);
+  // A cell's id and its place, nodes, measures, with gaps one more; a node's id, and where it has
+  // sums these and what follows from them: velocity and acceleration.
+  const std::size_t measures = 2 * Dim + (layout_.has(Column::opening) ? 2 : 1);
+  const auto cell_bytes = static_cast<double>(3 * sizeof(Index) + corners<Dim> * sizeof(Local) +
+                                              measures * sizeof(double));
   double copies = 2;
   for (const int of : copies_.of) copies += of;
   const double sum_bytes = copies * node_width * sizeof(double);
