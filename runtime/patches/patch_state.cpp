@@ -156,7 +156,7 @@ void read_particles(StateReader& in, const StateHead& head, Patch<Dim>& patch) {
   patch.count = static_cast<Local>(head.particles);
 }
 
-/// Sums for `step`, which were mapped at the end of the one before.
+/// Sums for `step`, which were mapped at the end of the one before: whole lines of nodes.
 template <int Dim>
 void read_sums(StateReader& in, const StateHead& head, Patch<Dim>& patch, Index step) {
   find_active_nodes(patch);
@@ -165,7 +165,7 @@ void read_sums(StateReader& in, const StateHead& head, Patch<Dim>& patch, Index 
                                              head.active_nodes, count_active_nodes(patch)));
   if (head.active_nodes == 0) return;
   for (const NodeSum which : mapped_sums(patch)) {
-    double* sums = patch.own_sums(which, step);
+    double* sums = patch.own_sums(which, step) - sum_offset(which);
     for (const NodeRange& range : patch.active_nodes)
       in.get(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
              static_cast<std::size_t>(range.end - range.begin) * sum_stride);
@@ -204,7 +204,7 @@ void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
   for_each_row(particles.layout(), [&](Column column, int k) { add(particles.row(column, k)); });
   if (head.active_nodes == 0) return;
   for (const NodeSum which : mapped_sums(patch)) {
-    const double* sums = patch.own_sums(which, step);
+    const double* sums = patch.own_sums(which, step) - sum_offset(which);
     for (const NodeRange& range : patch.active_nodes)
       out.put(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
               static_cast<std::size_t>(range.end - range.begin) * sum_stride);

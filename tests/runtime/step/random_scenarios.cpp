@@ -172,3 +172,14 @@ TEST_CASE("random scenarios give the serial loop's bits, interrupted or not") {
   for (const std::string& failure : tally.failures) FAIL_CHECK(failure);
   CHECK(tally.refused <= tally.cases / 10);
 }
+
+TEST_CASE("a liquid's advection goes on after a restart: its sums begin within their lines") {
+  const TemporaryFolder folder;
+  const Speaker speaker{
+      .speaks = true, .folder = folder.path, .wait_for_all = [] {}, .command = "this test"};
+  const Tally tally =
+      try_cases({.first = 100176, .count = 1}, check, speaker);  // wrote beyond them
+  for (const std::string& failure : tally.failures) FAIL_CHECK(failure);
+  CHECK(tally.cases == 1);
+  CHECK(tally.refused == 0);
+}
