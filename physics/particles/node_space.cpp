@@ -15,8 +15,8 @@ double depth_of_share(const Model<3>&, const CellNodes<3>&, int) {
   return 1.0;
 }
 
-/// The same in a grid of equal cells, without a look at nodes: along each axis the two nodes of a
-/// cell stand for two cells, for half of one less at an end.
+/// space_around_cells() in a grid of equal cells: along each axis the two nodes of a cell stand for
+/// two cells, at an end of the grid for half of one less.
 template <int Dim>
 std::vector<double> space_in_grid(const std::vector<Index>& cells, const Mesh<Dim>& mesh) {
   const auto counts = mesh.counts();

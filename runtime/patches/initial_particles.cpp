@@ -120,22 +120,8 @@ void keep_share(ParticleTable<Dim>& particles, const Communicator& ranks) {
   };
   particles.id.resize(static_cast<std::size_t>(particles.size()));
   std::iota(particles.id.begin(), particles.id.end(), Index{0});
-  cut(particles.x);
-  cut(particles.cell);
-  cut(particles.volume);
-  cut(particles.reach);
-  cut(particles.material);
-  cut(particles.velocity);
-  cut(particles.stress);
-  cut(particles.displacement);
-  cut(particles.liquid_velocity);
-  cut(particles.pore_pressure);
-  cut(particles.strain);
-  cut(particles.mass);
-  cut(particles.opening);
-  cut(particles.state);
   cut(particles.id);
-  cut(particles.loads);
+  each_column(particles, cut);
 }
 
 namespace {
@@ -158,6 +144,14 @@ void restore(const T& from, T& to) {
 template <int Dim>
 void restore(const std::array<double, static_cast<std::size_t>(Dim)>& from, Vec<Dim>& to) {
   to = Vec<Dim>(from.data());
+}
+
+template <class T>
+T zero_of() {
+  if constexpr (requires { T::Zero(); })
+    return T::Zero();
+  else
+    return T{};
 }
 
 /// Where each row goes, and where those that come are put.
@@ -187,8 +181,9 @@ class Delivery {
 
   /// A column that is empty on all ranks stays so; where it is on some, it means zeros.
   template <class T>
-  void send(std::vector<T>& column, const T& zero = {}) {
+  void send(std::vector<T>& column) {
     if (!ranks_.any(!column.empty())) return;
+    const T zero = zero_of<T>();
     column.resize(to_.size(), zero);
     std::vector<T> arrived(place_.size(), zero);
     auto place = place_.begin();
@@ -225,21 +220,7 @@ void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::
   if (!ranks.several()) return;
   Delivery delivery(particles.x.size(), owner, ranks);
   delivery.send_ids(particles.id);
-  delivery.send(particles.x, Vec<Dim>(Vec<Dim>::Zero()));
-  delivery.send(particles.cell);
-  delivery.send(particles.volume);
-  delivery.send(particles.reach);
-  delivery.send(particles.material);
-  delivery.send(particles.velocity, Vec<Dim>(Vec<Dim>::Zero()));
-  delivery.send(particles.stress);
-  delivery.send(particles.displacement, Vec<Dim>(Vec<Dim>::Zero()));
-  delivery.send(particles.liquid_velocity, Vec<Dim>(Vec<Dim>::Zero()));
-  delivery.send(particles.pore_pressure);
-  delivery.send(particles.strain);
-  delivery.send(particles.mass);
-  delivery.send(particles.opening);
-  delivery.send(particles.state);
-  delivery.send(particles.loads);
+  each_column(particles, [&](auto& column) { delivery.send(column); });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                  \

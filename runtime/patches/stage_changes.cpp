@@ -9,6 +9,7 @@
 #include "physics/kernels/kernels.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
+#include "runtime/patches/initial_particles.h"
 #include "runtime/patches/stage_start.h"
 
 namespace lahar {
@@ -229,21 +230,8 @@ void keep_rows_from(ParticleTable<Dim>& particles, Index first) {
   const auto cut = [&](auto& column) {
     if (!column.empty()) column.erase(column.begin(), column.begin() + n);
   };
-  cut(particles.x);
-  cut(particles.cell);
-  cut(particles.volume);
-  cut(particles.material);
-  cut(particles.velocity);
-  cut(particles.stress);
-  cut(particles.pore_pressure);
-  cut(particles.displacement);
-  cut(particles.liquid_velocity);
-  cut(particles.strain);
-  cut(particles.mass);
-  cut(particles.opening);
-  cut(particles.state);
-  cut(particles.loads);
   cut(particles.id);
+  each_column(particles, cut);
   if (particles.x.empty()) particles = {};  // the memory, too
 }
 

@@ -1,4 +1,6 @@
 // Stages that go on from a state with other particles.
+#include "runtime/patches/stage_changes.h"
+
 #include <doctest/doctest.h>
 
 #include "runtime/step/restart.h"
@@ -27,6 +29,24 @@ Model<2> flying_block(std::size_t stage) {
 }
 
 }  // namespace
+
+TEST_CASE(
+    "of the particles that a stage begins with, the new ones keep the values that are theirs") {
+  ParticleTable<2> table;
+  constexpr std::size_t rows = 5;
+  for (std::size_t i = 0; i < rows; ++i) {
+    table.x.emplace_back(i, i);
+    table.reach.push_back(static_cast<double>(i));  // to the surface of a body
+    table.opening.push_back(static_cast<double>(i));
+    table.mass.push_back(static_cast<double>(i));
+  }
+  keep_rows_from(table, 3);
+  CHECK(table.id == std::vector<Index>{3, 4});
+  CHECK(table.x == std::vector<Vec<2>>{{3, 3}, {4, 4}});
+  for (const auto& column : {table.reach, table.opening, table.mass})
+    CHECK(column == std::vector<double>{3, 4});
+  CHECK(table.velocity.empty());
+}
 
 TEST_CASE("a patch that a stage empties forgets how its particles lay") {
   Simulation first(flying_block(0), serial());
