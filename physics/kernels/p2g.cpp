@@ -137,10 +137,10 @@ void clear_sums(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which) 
 
 template <int Dim>
 void clear_sums_with(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSum which) {
-  double* nodes = patch.own_sums(which, step.step) - sum_offset(which);
+  double* lines = patch.own_lines(which, step.step);
   for (const NodeRange& range : patch.active_nodes)
-    std::fill(nodes + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
-              nodes + static_cast<std::ptrdiff_t>(range.end) * sum_stride, 0.0);
+    std::fill(lines + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
+              lines + static_cast<std::ptrdiff_t>(range.end) * sum_stride, 0.0);
 }
 
 template <int Dim, class Real>

@@ -219,6 +219,25 @@ const std::vector<WeightedPoint<Dim>>& volume_quadrature(Element element) {
 }
 
 template <int Dim>
+std::vector<double> means_of_functions(Element element) {
+  return with_element<Dim>(element, [&](auto constant) {
+    constexpr Element E = constant();
+    constexpr int nodes = info(E).nodes;
+    std::vector<double> means(nodes);
+    double volume = 0;
+    for (const auto& [xi, weight] : volume_quadrature<Dim>(element)) {
+      double at[Dim], N[nodes];
+      for (int d = 0; d < Dim; ++d) at[d] = xi[d];
+      Shape<E>::values(at, N);
+      for (std::size_t a = 0; a < nodes; ++a) means[a] += weight * N[a];
+      volume += weight;
+    }
+    for (double& mean : means) mean /= volume;
+    return means;
+  });
+}
+
+template <int Dim>
 std::vector<CellPart<Dim>> cut_cell(Element element, int n) {
   if (info(element).simplex) return cut_simplex<Dim>(n);
   std::vector<CellPart<Dim>> parts;
@@ -270,6 +289,7 @@ std::vector<Vec<Dim>> gauss_points(Element element, int n) {
   template int nearest_face<Dim>(Element, const Vec<Dim>&);                        \
   template Vec<Dim> clamp_to_cell<Dim>(Element, const Vec<Dim>&);                  \
   template const std::vector<WeightedPoint<Dim>>& volume_quadrature<Dim>(Element); \
+  template std::vector<double> means_of_functions<Dim>(Element);                   \
   template std::vector<CellPart<Dim>> cut_cell<Dim>(Element, int);                 \
   template std::vector<Vec<Dim>> gauss_points<Dim>(Element, int);
 LAHAR_INSTANTIATE(2)

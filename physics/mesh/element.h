@@ -96,6 +96,10 @@ constexpr const NodePlace& node_place(Element e, int node) {
 constexpr const ElementInfo& info(Element element) {
   return detail::element_table[static_cast<std::size_t>(element)];
 }
+/// Elements without nodes within cells or faces: functions of their corners have negative means.
+constexpr bool is_serendipity(Element element) {
+  return element == Element::Q8 || element == Element::H20;
+}
 /// The element of this name ("ED2T3"); none if there is no such Lagrange element.
 std::optional<Element> element_named(std::string_view name);
 
@@ -137,7 +141,7 @@ struct Shape {
 template <Element E>
 template <class Real>
 struct Shape<E>::Axes {
-  static constexpr bool serendipity = E == Element::Q8 || E == Element::H20;
+  static constexpr bool serendipity = is_serendipity(E);
   Real l[dim][3], g[dim][3];
 
   LAHAR_INLINE explicit Axes(const Real (&xi)[dim]) {
@@ -266,21 +270,6 @@ LAHAR_INLINE void Shape<E>::gradients(const Real (&xi)[dim], Real (&dN)[nodes][d
   }
 }
 
-/// Mean over an element of the function of its node a; of straight and parallel edges.
-constexpr double mean_of_function(Element e, int a) {
-  const ElementInfo& of = info(e);
-  if (of.order == 1) return 1.0 / of.nodes;
-  int middles = 0;  // of axes; of triangles, whether an edge's middle
-  for (int d = 0; d < of.dim; ++d)
-    middles += detail::node_place(e, a)[static_cast<std::size_t>(d)] == (of.simplex ? 1 : 0);
-  if (of.simplex) return middles ? 1.0 / 3.0 : 0.0;
-  if (e == Element::Q8) return middles ? 1.0 / 3.0 : -1.0 / 12.0;
-  if (e == Element::H20) return middles ? 1.0 / 6.0 : -1.0 / 8.0;
-  double mean = 1;
-  for (int d = 0; d < of.dim; ++d) mean *= d < middles ? 2.0 / 3.0 : 1.0 / 6.0;
-  return mean;
-}
-
 /// Throws: an element of the other dimension came where it cannot come, a mistake of the program.
 [[noreturn]] void wrong_element(Element element, int dim);
 
@@ -359,6 +348,10 @@ struct WeightedPoint {
 /// Points with which the volume sum w det J is exact whatever the shape of the cell.
 template <int Dim>
 const std::vector<WeightedPoint<Dim>>& volume_quadrature(Element element);
+
+/// Means of the functions of its nodes over an element with straight and parallel edges.
+template <int Dim>
+std::vector<double> means_of_functions(Element element);
 
 /// One of the equal parts into which a cell is cut in natural coordinates.
 template <int Dim>

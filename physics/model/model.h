@@ -136,6 +136,26 @@ struct ParticleTable {
   std::vector<std::array<double, most_state>> state;
   std::vector<Index> id;             ///< ascending; empty = the position
   std::vector<std::uint64_t> loads;  ///< as Particles::loads; empty = not yet set
+
+  /// Call visit(column) for every column but the ids.
+  template <class Visit>
+  void each_column(Visit visit) {
+    visit(x);
+    visit(cell);
+    visit(volume);
+    visit(material);
+    visit(velocity);
+    visit(stress);
+    visit(pore_pressure);
+    visit(reach);
+    visit(displacement);
+    visit(liquid_velocity);
+    visit(strain);
+    visit(mass);
+    visit(opening);
+    visit(state);
+    visit(loads);
+  }
   Index size() const { return static_cast<Index>(x.size()); }
   Index id_of(std::size_t row) const { return id.empty() ? static_cast<Index>(row) : id[row]; }
 };

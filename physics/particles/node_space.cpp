@@ -44,11 +44,11 @@ std::vector<double> space_around_cells(const PatchTopology<Dim>& topology,
   if (mesh.is_structured() && model.analysis.plane != Plane::axisymmetric)
     return space_in_grid(topology.cells, mesh);
   const Element element = mesh.element();
-  const bool positive =
-      !model.analysis.lagrange_functions && element != Element::Q8 && element != Element::H20;
+  const bool positive = !model.analysis.lagrange_functions && !is_serendipity(element);
+  const auto means = means_of_functions<Dim>(element);
   const auto of_node =
       space_of_nodes(topology, mesh, [&](Index cell, const CellNodes<Dim>& nodes, int a) {
-        const double mean = positive ? 1.0 / nodes.count : mean_of_function(element, a);
+        const double mean = positive ? 1.0 / nodes.count : means[static_cast<std::size_t>(a)];
         return mesh.cell_volume(cell) * mean * depth_of_share(model, nodes, a);
       });
   std::vector<double> space;

@@ -35,8 +35,8 @@ template <int Dim>
 std::span<const Local> nodes_with_mass(const PatchTopology<Dim>& topology, Element element,
                                        std::size_t cell) {
   const auto nodes = topology.element_nodes(cell);
-  const bool within_edges = element == Element::Q8 || element == Element::H20;
-  return nodes.subspan(within_edges ? static_cast<std::size_t>(info(element).corners) : 0);
+  return nodes.subspan(is_serendipity(element) ? static_cast<std::size_t>(info(element).corners)
+                                               : 0);
 }
 
 /// [m^3] by local cell of a patch: the integral of the functions of nodes_with_mass() over the

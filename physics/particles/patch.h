@@ -312,11 +312,16 @@ struct Patch {
   /// Some condition takes NodeMeans.
   bool takes_means() const { return !cells_of_means.empty(); }
 
-  /// This patch's own sums for a step, sum_stride apart.
-  double* own_sums(NodeSum which, Index step) {
+  /// This patch's own lines of sums for a step, sum_stride each: of `which` and the kind beside it.
+  double* own_lines(NodeSum which, Index step) {
     auto& copies = sums[sum_array(which)];
-    return copies[static_cast<std::size_t>(step) % copies.size()].data() + sum_offset(which);
+    return copies[static_cast<std::size_t>(step) % copies.size()].data();
   }
+  const double* own_lines(NodeSum which, Index step) const {
+    return const_cast<Patch*>(this)->own_lines(which, step);
+  }
+  /// This patch's own sums for a step, sum_stride apart.
+  double* own_sums(NodeSum which, Index step) { return own_lines(which, step) + sum_offset(which); }
   const double* own_sums(NodeSum which, Index step) const {
     return const_cast<Patch*>(this)->own_sums(which, step);
   }
@@ -325,7 +330,7 @@ struct Patch {
   const double* const* all_sums(NodeSum which, Index step) {
     const auto& sums_of =
         neighbour_sums[static_cast<std::size_t>(which)][static_cast<std::size_t>(step % 2)];
-    sum_sources.assign(1, own_sums(which, step) - sum_offset(which));
+    sum_sources.assign(1, own_lines(which, step));
     for (std::size_t k = 0; k < sums_of.size(); ++k) {
       const bool any = (*neighbour_contributes[k])[static_cast<std::size_t>(step % 2)];
       sum_sources.push_back(any ? sums_of[k].data() : nullptr);

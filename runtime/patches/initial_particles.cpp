@@ -121,7 +121,7 @@ void keep_share(ParticleTable<Dim>& particles, const Communicator& ranks) {
   particles.id.resize(static_cast<std::size_t>(particles.size()));
   std::iota(particles.id.begin(), particles.id.end(), Index{0});
   cut(particles.id);
-  each_column(particles, cut);
+  particles.each_column(cut);
 }
 
 namespace {
@@ -220,7 +220,7 @@ void send_to_owners(ParticleTable<Dim>& particles, const std::function<int(std::
   if (!ranks.several()) return;
   Delivery delivery(particles.x.size(), owner, ranks);
   delivery.send_ids(particles.id);
-  each_column(particles, [&](auto& column) { delivery.send(column); });
+  particles.each_column([&](auto& column) { delivery.send(column); });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                  \

@@ -12,26 +12,6 @@
 
 namespace lahar {
 
-/// Call visit(column) for every column of a table but the ids.
-template <int Dim, class Visit>
-void each_column(ParticleTable<Dim>& particles, Visit visit) {
-  visit(particles.x);
-  visit(particles.cell);
-  visit(particles.volume);
-  visit(particles.material);
-  visit(particles.velocity);
-  visit(particles.stress);
-  visit(particles.pore_pressure);
-  visit(particles.reach);
-  visit(particles.displacement);
-  visit(particles.liquid_velocity);
-  visit(particles.strain);
-  visit(particles.mass);
-  visit(particles.opening);
-  visit(particles.state);
-  visit(particles.loads);
-}
-
 /// What all ranks must know of the particles of all before they cut the mesh. The same on every
 /// rank, and on any number of ranks.
 struct ParticleCensus {

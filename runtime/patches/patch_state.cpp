@@ -165,9 +165,9 @@ void read_sums(StateReader& in, const StateHead& head, Patch<Dim>& patch, Index 
                                              head.active_nodes, count_active_nodes(patch)));
   if (head.active_nodes == 0) return;
   for (const NodeSum which : mapped_sums(patch)) {
-    double* sums = patch.own_sums(which, step) - sum_offset(which);
+    double* lines = patch.own_lines(which, step);
     for (const NodeRange& range : patch.active_nodes)
-      in.get(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
+      in.get(lines + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
              static_cast<std::size_t>(range.end - range.begin) * sum_stride);
   }
 }
@@ -204,9 +204,9 @@ void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
   for_each_row(particles.layout(), [&](Column column, int k) { add(particles.row(column, k)); });
   if (head.active_nodes == 0) return;
   for (const NodeSum which : mapped_sums(patch)) {
-    const double* sums = patch.own_sums(which, step) - sum_offset(which);
+    const double* lines = patch.own_lines(which, step);
     for (const NodeRange& range : patch.active_nodes)
-      out.put(sums + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
+      out.put(lines + static_cast<std::ptrdiff_t>(range.begin) * sum_stride,
               static_cast<std::size_t>(range.end - range.begin) * sum_stride);
   }
 }

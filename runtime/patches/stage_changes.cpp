@@ -231,7 +231,7 @@ void keep_rows_from(ParticleTable<Dim>& particles, Index first) {
     if (!column.empty()) column.erase(column.begin(), column.begin() + n);
   };
   cut(particles.id);
-  each_column(particles, cut);
+  particles.each_column(cut);
   if (particles.x.empty()) particles = {};  // the memory, too
 }
 

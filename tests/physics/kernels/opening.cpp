@@ -187,25 +187,22 @@ double error_of_density(Mesh<Dim>&& mesh, ShapeFunctions functions, Plane plane 
   f.patch.space = space_around_cells(f.patch.topology, f.model);
   std::mt19937 random(1);
   // Gauss's points, and where functions reach beyond the cell particles that fill it.
-  const bool simplex = info(f.patch.element).simplex, points = functions == ShapeFunctions::element;
-  const int n = points ? 2 : 4;
+  constexpr int n = 4;
   const auto place = [&](int k) {
     Vec<Dim> xi;
-    if (simplex) {
-      const double near = Dim == 2 ? 2.0 / 3.0 : 0.5854101966249685;
-      for (int d = 0; d < Dim; ++d) xi[d] = d + 1 == k ? near : (1.0 - near) / Dim;
-    } else {
-      for (int d = 0; d < Dim; ++d, k /= n)
-        xi[d] = points ? (k % n ? 1.0 : -1.0) / std::sqrt(3.0) : (2 * (k % n) + 1.0) / n - 1.0;
-    }
+    for (int d = 0; d < Dim; ++d, k /= n) xi[d] = (2 * (k % n) + 1.0) / n - 1.0;
     return xi;
   };
-  const int count = simplex ? Dim + 1 : Dim == 2 ? n * n : n * n * n;
+  auto at = gauss_points<Dim>(f.patch.element, 2);
+  if (functions != ShapeFunctions::element) {
+    at.clear();
+    for (int k = 0; k < std::pow(n, Dim); ++k) at.push_back(place(k));
+  }
   for (Index c = 0; c < f.model.mesh->n_cells(); ++c) {
     std::vector<Local> there;
-    for (int k = 0; k < count; ++k) {
+    for (const Vec<Dim>& xi : at) {
       there.push_back(f.patch.particles.size());
-      f.add(random, static_cast<Local>(c), place(k), 0);
+      f.add(random, static_cast<Local>(c), xi, 0);
     }
     for (const Local p : there) {
       const double depth = depth_at(f.model.analysis, f.at(Column::x, p, 0));
