@@ -30,6 +30,14 @@ struct TableMeshKeys {
   bool check_duplicates;
 };
 
+/// Depths of all particles along gravity [m]; 0 without gravity or particles.
+struct Depths {
+  double mean = 0;  ///< their volume over the area of the box around them as gravity sees it
+  /// What they will flow with: of columns that are higher than wide, those that fall and spread,
+  /// about the root of height times width.
+  double flow = 0;
+};
+
 /// Whether an object `analysis`, as it is written, is of a projection.
 bool asks_for_projection(const JsonValue& analysis);
 
@@ -271,9 +279,7 @@ class ScenarioBuilder {
   void build_velocity_update(const JsonValue& analysis);
   void build_transfer_rates();  ///< after the bodies
   void build_default_transfer();
-  /// Volume of the particles over the area of the box around them as gravity sees it [m]; 0 without
-  /// gravity or particles. Collective.
-  double mean_depth() const;
+  Depths depths() const;  ///< collective
   double speed_of(const Material& material) const;
   // scenario_conditions.cpp
   void build_conditions();  ///< of nodes

@@ -119,10 +119,10 @@ void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {
 
 // Sums of integers do not depend on who has which particles.
 template <int Dim>
-double ScenarioBuilder<Dim>::mean_depth() const {
+Depths ScenarioBuilder<Dim>::depths() const {
   const double g = model_.gravity.norm();
   const ParticleTable<Dim>& particles = model_.particles;
-  if (g == 0 || !mesh_) return 0;
+  if (g == 0 || !mesh_) return {};
   const double unit = 0x1p-20 * outer_cell().prod();  // [m^3]
   constexpr double most_units = 0x1p31;               // of a particle, 2048 cells: no sum overflows
   std::vector<double> box(2 * Dim, -std::numeric_limits<double>::infinity());
@@ -139,7 +139,7 @@ double ScenarioBuilder<Dim>::mean_depth() const {
   box = team_.most(std::move(box));
   volume = team_.sum(volume);
   const Index count = team_.sum(static_cast<Index>(particles.x.size()));
-  if (volume <= 0) return 0;
+  if (volume <= 0) return {};
   const double total = unit * static_cast<double>(volume);
   const double spacing = std::pow(total / static_cast<double>(count), 1.0 / Dim);
   double seen = 0;  // area of the box's faces as gravity sees them
@@ -151,7 +151,8 @@ double ScenarioBuilder<Dim>::mean_depth() const {
     }
     seen += face;
   }
-  return total / seen;
+  const double depth = total / seen, width = Dim == 2 ? seen : std::sqrt(seen);
+  return {depth, std::min(depth, std::sqrt(depth * width))};
 }
 
 // What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
@@ -169,8 +170,8 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
       update && update->is<std::string>() && update->as<std::string>() == "asflip";
   const bool relaxes = separates && !in_.cbgeo_defaults && !relaxation_ && !relaxation_time_;
   if (!default_transfer_ && !relaxes) return;
-  const double fall = separates ? 0.0 : mean_depth();
-  const double depth = all_fluids() ? 0.0 : fall;
+  const Depths of = separates ? Depths() : depths();
+  const double fall = of.mean, depth = all_fluids() ? 0.0 : of.flow;
   const bool smooth = model_.analysis.functions != ShapeFunctions::element;
   const bool of_grains = depth > 0 && smooth && any_granular() && liquids_.empty();
   relaxation_ = of_grains ? 0.03 : depth > 0 && smooth ? 0.01 : 0.05;
@@ -211,7 +212,7 @@ template <int Dim>
 double ScenarioBuilder<Dim>::speed_of(const Material& material) const {
   if (!is_projection(model_.analysis)) return wave_speed(material);
   if (material.liquid) return std::sqrt(wave_modulus(material.law) / material.density);
-  return std::sqrt(model_.gravity.norm() * mean_depth());
+  return std::sqrt(model_.gravity.norm() * depths().mean);
 }
 
 // Rates are those of bodies.

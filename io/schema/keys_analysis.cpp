@@ -468,7 +468,8 @@ const Section& analysis_section() {
                    "viscosity 0.003 sqrt(g H^3); with functions of elements always 0.05 of order 1 "
                    "and 0.015 sqrt(g H^3). H is the mean depth: the volume "
                    "of the particles, divided by the area of their bounding box seen along "
-                   "gravity. Where waves of what flows have a speed c above 15 sqrt(2 g H), "
+                   "gravity; if they are deeper than wide, the root of depth times width. Where "
+                   "waves of what flows have a speed c above 15 sqrt(2 g H), "
                    "relaxation of order 1 is multiplied by 15 sqrt(2 g H) / c. The preset cbgeo "
                    "has no such default",
            .section = blending_section},

@@ -285,8 +285,10 @@ TEST_CASE("defaults are those of Lahar, or CB-Geo's where the preset says so") {
 }
 
 TEST_CASE("steps are half as long where a material is of grains, and a filter of order 3") {
-  const auto analysis = [](const std::string& material, const std::string& analysis) {
-    const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 2]}},
+  const auto analysis = [](const std::string& material, const std::string& analysis,
+                           const std::string& counts = "[4, 2]") {
+    const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "counts": )" + counts +
+                             R"(}},
       "particles": [{"generator": {"type": "region", "per_cell": 1, "material": "a"}}],
       "materials": [{"name": "a", "density": 10, )" +
                              material +
@@ -310,6 +312,8 @@ TEST_CASE("steps are half as long where a material is of grains, and a filter of
   CHECK(grains.order == 3);
   CHECK(grains.viscosity == doctest::Approx(0.003 * 8));
   CHECK(grains.viscous == doctest::Approx(4 * grains.viscosity));
+  // A column of 4 m by 1 m flows with 2 m.
+  CHECK(analysis(sand, "", "[1, 4]").transfer.viscosity == grains.viscosity);
   CHECK(analysis(sand, R"(, "shape_functions": "element")").transfer.order == 1);
   CHECK(analysis(water, "").transfer.order == 1);
 }
