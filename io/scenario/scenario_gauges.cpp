@@ -146,9 +146,7 @@ bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
           names.empty() ? "there are no rigid bodies" : suggest(*name, names, "rigid bodies"));
     return gauge.body >= 0;
   }
-  if (is_projection(model_.analysis))
-    in_.error(*nset, "forces on nodes are not measured in projections");
-  else if (model_.analysis.two_phase && model_.analysis.damping > 0)
+  if (model_.analysis.two_phase && model_.analysis.damping > 0)
     in_.error(*nset, "forces on nodes are not measured where the liquid in pores is damped");
   auto nodes = from_all(members(entry, "nset_id", "nset", sets_.nodes));
   if (!nodes) return false;

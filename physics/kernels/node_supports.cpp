@@ -1,6 +1,7 @@
 #include "physics/kernels/node_supports.h"
 
 #include <algorithm>
+#include <span>
 
 #include "physics/kernels/implicit_walls.h"
 #include "physics/kernels/nodal_motion.h"
@@ -28,22 +29,35 @@ double share_taken(const Patch<Dim>& patch, const StepContext<Dim>& step, Local 
   return 1.0 - transfer.kept(patch.bodies() == 1 ? 0 : node / patch.body_nodes, step.dt);
 }
 
+using Measured = std::span<const Gauge* const>;
+
+template <int Dim>
+void add_to_gauge(Patch<Dim>& patch, const Model<Dim>& model, Measured gauges, Local node,
+                  std::size_t gauge, const Vec<Dim>& force) {
+  const Vec<Dim> x = place_of(patch, *model.mesh, node);
+  Vec<Dim> arm;
+  for (int d = 0; d < Dim; ++d) arm[d] = x[d] - gauges[gauge]->origin[static_cast<std::size_t>(d)];
+  patch.supports[gauge].template add<Dim>(force, arm);
+}
+
+template <int Dim>
+std::vector<const Gauge*> force_gauges(const Model<Dim>& model) {
+  std::vector<const Gauge*> gauges;
+  for_each_force_gauge(model, [&](const Gauge& gauge, std::size_t) { gauges.push_back(&gauge); });
+  return gauges;
+}
+
 /// Adds the force on the support of each measured node, force(node): this patch's part of it.
 template <int Dim>
 void add(Patch<Dim>& patch, const Model<Dim>& model, const NodeArray& velocity, auto force) {
-  std::vector<const Gauge*> gauges;
-  for_each_force_gauge(model, [&](const Gauge& gauge, std::size_t) { gauges.push_back(&gauge); });
+  const auto gauges = force_gauges(model);
   for (const auto [node, gauge] : patch.measured) {
     if (!patch.node_is_active[static_cast<std::size_t>(node)]) continue;
     if (!more_than(at(velocity, node)[mass_lane], patch.least_mass)) continue;
     const NodeVector all = force(node);
-    const Vec<Dim> x = place_of(patch, *model.mesh, node);
-    Vec<Dim> on_support, arm;
-    for (int d = 0; d < Dim; ++d) {
-      on_support[d] = all[d];
-      arm[d] = x[d] - gauges[gauge]->origin[static_cast<std::size_t>(d)];
-    }
-    patch.supports[gauge].template add<Dim>(on_support, arm);
+    Vec<Dim> on_support;
+    for (int d = 0; d < Dim; ++d) on_support[d] = all[d];
+    add_to_gauge<Dim>(patch, model, gauges, node, gauge, on_support);
   }
 }
 
@@ -67,14 +81,27 @@ NodeVector inertia(const Patch<Dim>& patch, const StepContext<Dim>& step, Local 
          share_taken(patch, step, node) / step.dt * (m * before - given);
 }
 
-/// Supports of this step begin at zero; false without nodes to measure.
 template <int Dim>
-bool begin(Patch<Dim>& patch) {
-  std::fill(patch.supports.begin(), patch.supports.end(), Reaction{});
+bool measures(const Patch<Dim>& patch) {
   return !patch.measured.empty() && !patch.active_nodes.empty();
 }
 
 }  // namespace
+
+template <int Dim>
+void begin_supports(Patch<Dim>& patch) {
+  std::fill(patch.supports.begin(), patch.supports.end(), Reaction{});
+}
+
+template <int Dim>
+void add_support(Patch<Dim>& patch, const Model<Dim>& model, Local node, const Vec<Dim>& force) {
+  auto at = std::lower_bound(patch.measured.begin(), patch.measured.end(), node,
+                             [](const auto& measured, Local n) { return measured.node < n; });
+  if (at == patch.measured.end() || at->node != node) return;
+  const auto gauges = force_gauges(model);
+  for (; at != patch.measured.end() && at->node == node; ++at)
+    add_to_gauge<Dim>(patch, model, gauges, node, at->gauge, force);
+}
 
 template <int Dim>
 void set_measured_nodes(Patch<Dim>& patch, const Model<Dim>& model) {
@@ -95,7 +122,8 @@ void set_measured_nodes(Patch<Dim>& patch, const Model<Dim>& model) {
 
 template <int Dim>
 void find_supports(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (!begin(patch)) return;
+  if (!is_projection(step.model->analysis)) begin_supports(patch);
+  if (!measures(patch)) return;
   const Model<Dim>& model = *step.model;
   add(patch, model, patch.velocity, [&](Local node) {
     const NodeVector given = own_sum(patch, NodeSum::mass_momentum, step, node);
@@ -115,7 +143,7 @@ void find_supports(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 template <int Dim>
 void add_supports_of_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (patch.measured.empty() || patch.active_nodes.empty()) return;
+  if (!measures(patch)) return;
   add(patch, *step.model, patch.liquid.velocity, [&](Local node) {
     const NodeVector given = own_sum(patch, NodeSum::liquid_mass_momentum, step, node);
     return inertia(patch, step, node, given, patch.liquid.velocity, patch.liquid.acceleration);
@@ -124,7 +152,8 @@ void add_supports_of_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 template <int Dim>
 void find_supports_of_implicit(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (!begin(patch)) return;
+  begin_supports(patch);
+  if (!measures(patch)) return;
   add(patch, *step.model, patch.velocity, [&](Local node) {
     return patch.implicit.own_mass[static_cast<std::size_t>(node)] /
            at(patch.velocity, node)[mass_lane] * node_vector<Dim>(force_on_support(patch, node));
@@ -145,11 +174,13 @@ void add_impulses(Patch<Dim>& patch, const StepContext<Dim>& step) {
   });
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                        \
-  template void set_measured_nodes<Dim>(Patch<Dim>&, const Model<Dim>&);              \
-  template void find_supports<Dim>(Patch<Dim>&, const StepContext<Dim>&);             \
-  template void add_supports_of_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);    \
-  template void find_supports_of_implicit<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+#define LAHAR_INSTANTIATE(Dim)                                                            \
+  template void set_measured_nodes<Dim>(Patch<Dim>&, const Model<Dim>&);                  \
+  template void begin_supports<Dim>(Patch<Dim>&);                                         \
+  template void add_support<Dim>(Patch<Dim>&, const Model<Dim>&, Local, const Vec<Dim>&); \
+  template void find_supports<Dim>(Patch<Dim>&, const StepContext<Dim>&);                 \
+  template void add_supports_of_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);        \
+  template void find_supports_of_implicit<Dim>(Patch<Dim>&, const StepContext<Dim>&);     \
   template void add_impulses<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -8,6 +8,10 @@
 /// the particles, and nothing else does; with filters of higher order (XPIC, FMPM) nearly so. All
 /// of it is linear in the sums that patches give to a node: each patch has its part.
 ///
+/// Forces of a projection are of gradients: of a pressure dp they are -int N grad dp, to which the
+/// walls' own part, the integral of N dp n over the surface, is missing. It is
+/// int (N grad dp + dp grad N), over the particles as the forces are, and nothing within a liquid.
+///
 /// Forces on rigid bodies are those at the end of a step (rigid_contact.h).
 #pragma once
 
@@ -19,6 +23,12 @@ namespace lahar {
 template <int Dim>
 void set_measured_nodes(Patch<Dim>& patch, const Model<Dim>& model);
 
+/// Patch::supports begin at zero: in projections before the forces of the pressure's change.
+template <int Dim>
+void begin_supports(Patch<Dim>& patch);
+/// Adds `force` on what holds a node [N], if it is measured.
+template <int Dim>
+void add_support(Patch<Dim>& patch, const Model<Dim>& model, Local node, const Vec<Dim>& force);
 /// Patch::supports, by what this patch gave to nodes. After integrate().
 template <int Dim>
 void find_supports(Patch<Dim>& patch, const StepContext<Dim>& step);

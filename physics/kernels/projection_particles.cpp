@@ -3,6 +3,7 @@
 
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
+#include "physics/kernels/node_supports.h"
 #include "physics/kernels/pore_rows.h"
 #include "physics/kernels/projection.h"
 #include "physics/kernels/strain_rate.h"
@@ -53,6 +54,7 @@ LAHAR_INLINE LawInput<Dim, Pack> shear_of(const Pack (&L)[Dim][Dim], double dt) 
 template <int Dim>
 void begin_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contributes[static_cast<std::size_t>(step.step % 2)] = patch.count > 0;
+  begin_supports(patch);
 }
 
 template <int Dim>
@@ -63,14 +65,16 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
   const double* V = patch.particles.row(Column::volume);
   const double* m = patch.particles.row(Column::mass);
   const double* change = patch.projection.change.data();
+  const bool measures = !patch.measured.empty();
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
         const auto& liquid = step.model->materials[bin.material].liquid;
-        Pack force[n_nodes][Dim], of_liquid[n_nodes][Dim];
+        Pack force[n_nodes][Dim], of_liquid[n_nodes][Dim], at_surface[n_nodes][Dim];
         for (int i = 0; i < n_nodes; ++i)
-          for (int d = 0; d < Dim; ++d) force[i][d] = of_liquid[i][d] = Pack(0.0);
+          for (int d = 0; d < Dim; ++d)
+            force[i][d] = of_liquid[i][d] = at_surface[i][d] = Pack(0.0);
         for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
           const Local n = bin.end - p;
           Pack N[n_nodes], dN[Dim][n_nodes], gradient[Dim];
@@ -88,6 +92,12 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
               force[i][d] -= f;
               if (liquid) of_liquid[i][d] -= porosity * f;
             }
+          if (!measures) continue;
+          Pack pressure(0.0);
+          for (int i = 0; i < n_nodes; ++i) pressure += N[i] * change[nodes[i]];
+          for (int i = 0; i < n_nodes; ++i)
+            for (int d = 0; d < Dim; ++d)
+              at_surface[i][d] += volume * (N[i] * gradient[d] + dN[d][i] * pressure);
         }
         for (int i = 0; i < n_nodes; ++i)
           for (int d = 0; d < Dim; ++d) {
@@ -95,6 +105,12 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
             sums[at] += reduce(force[i][d]);
             if (liquid) liquid_sums[at] += reduce(of_liquid[i][d]);
           }
+        if (!measures) return;
+        for (int i = 0; i < n_nodes; ++i) {
+          Vec<Dim> push;
+          for (int d = 0; d < Dim; ++d) push[d] = reduce(at_surface[i][d]);
+          add_support(patch, *step.model, nodes[i], push);
+        }
       });
 }
 

@@ -207,6 +207,71 @@ TEST_CASE("water at rest presses on walls and floor as hydrostatics says") {
   }
 }
 
+namespace {
+
+/// Water as wide as it is told in a tank 0.8 m wide, by projection.
+Model<2> projected_water(const std::string& width, const std::string& gauge,
+                         const std::string& options, const std::string& analysis = "") {
+  return model_of_text<2>(
+      with(R"({
+    "mesh": {"structured": {"cell_size": 0.05, "extent": [0.8, 0.8]},
+      "boundary_conditions": {"velocity_constraints": [
+        {"nset": "floor", "dir": "y", "velocity": 0},
+        {"nset": "left", "dir": "x", "velocity": 0},
+        {"nset": "right", "dir": "x", "velocity": 0}]}},
+    "sets": {"nodes": {
+      "all": {"box": {"min": [-1, -1], "max": [2, 2]}},
+      "floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+      "left": {"half_space": {"point": [0, 0], "normal": [1, 0]}},
+      "right": {"half_space": {"point": [0.8, 0], "normal": [-1, 0]}}}},
+    "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 2e9,
+                   "dynamic_viscosity": 1}],
+    "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+      "region": {"box": {"min": [0, 0], "max": [WIDTH, 0.4]}}}}],
+    "external_loading_conditions": {"gravity": [0, -10]},
+    "analysis": {"mpm_scheme": "projection", "dt": 2e-3, "nsteps": 180, "patch_particles": 64,
+      "scheme_settings": {OPTIONS}ANALYSIS},
+    "post_processing": {"gauges": [{"name": "a", "type": "force", "nset": "GAUGE",
+                                    "at": [0.8, 0]}]}})",
+           {{"WIDTH", width}, {"GAUGE", gauge}, {"OPTIONS", options}, {"ANALYSIS", analysis}}));
+}
+
+}  // namespace
+
+TEST_CASE("projections: water at rest presses on walls and floor as hydrostatics says") {
+  const double side = 0.5 * 1000 * 10 * 0.4 * 0.4, weight = 1000 * 10 * 0.8 * 0.4;
+  const auto last = [](const std::string& gauge) {
+    return rows_of(projected_water("0.8", gauge, ""), 20).back().force;
+  };
+  CHECK(last("right")[0] == doctest::Approx(side).epsilon(1e-6));
+  CHECK(last("right")[2] == doctest::Approx(-side * 0.4 / 3).epsilon(0.01));
+  CHECK(last("left")[0] == doctest::Approx(-side).epsilon(1e-6));
+  CHECK(last("floor")[1] == doctest::Approx(-weight).epsilon(1e-6));
+  CHECK(last("floor")[2] == doctest::Approx(weight * 0.4).epsilon(1e-6));
+}
+
+TEST_CASE("projections: forces on all nodes and weight change the momentum, and nothing else") {
+  const std::string pic = R"(, "velocity_update": "pic")";
+  for (const auto& [options, analysis] :
+       {std::pair<std::string, std::string>{"", ""}, {R"("beta": 1)", ""}, {"", pic}}) {
+    CAPTURE(options);
+    CAPTURE(analysis);
+    const auto model = projected_water("0.4", "all", options, analysis);
+    const double weight = 10 * mass_of(model);
+    const auto rows = rows_of(model, 20);
+    double most = 0;
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+      const double dt = rows[k].time - rows[k - 1].time;
+      for (std::size_t d = 0; d < 2; ++d) {
+        const double change = (rows[k].momentum[d] - rows[k - 1].momentum[d]) / dt;
+        CHECK(std::abs((d == 1 ? -weight : 0) - rows[k].force[d] - change) < 1e-9 * weight);
+      }
+      most = std::max(most, rows[k].force[0]);
+    }
+    CHECK(most > 0.05 * weight);  // it has met the other wall
+  }
+}
+
 TEST_CASE("in quasi-static steps a support bears the weight, by itself and with friction") {
   const std::string text = R"({
     "mesh": {"structured": {"cell_size": 0.1, "extent": [1, 1]},
