@@ -30,6 +30,9 @@ struct TableMeshKeys {
   bool check_duplicates;
 };
 
+/// Whether a law deforms without limit only if its stress grows without one.
+bool is_elastic(const Law& law);
+
 /// Depths of all particles along gravity [m]; 0 without gravity or particles.
 struct Depths {
   double mean = 0;  ///< their volume over the area of the box around them as gravity sees it
@@ -366,6 +369,7 @@ class ScenarioBuilder {
   void warn_of_gravity_across(const JsonValue& gravity);
   void warn_of_small_strength();
   void warn_of_distant_gauges();
+  void warn_of_open_sides();
   void warn_of_distant_bodies();
   void warn_of_no_load();
   // scenario_doubts_bodies.cpp

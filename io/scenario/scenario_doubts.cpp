@@ -54,6 +54,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_gravity_upward();
   warn_of_small_strength();
   warn_of_distant_gauges();
+  warn_of_open_sides();
   warn_of_distant_bodies();
   warn_of_no_load();
   warn_of_fields();

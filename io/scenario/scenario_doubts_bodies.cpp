@@ -238,8 +238,8 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
   for (std::size_t m = 0; m < n; ++m)
     if (has[m] > 0.0 && thick[m] == 0.0)
       in_.warning(*entries[m],
-                  fmt::format("material '{}' is at most {} cells thick: how far it yields depends "
-                              "on the cells more than on the material",
+                  fmt::format("material '{}' is at most {} cells thick: coarse cells make a thin "
+                              "layer too strong, so that what rests on it may not slide at all",
                               materials[m].name, block[m] == 3 ? "two" : "four"),
                   fmt::format("make cells {} of its thickness or smaller, and compare with half of "
                               "that",

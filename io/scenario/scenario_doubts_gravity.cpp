@@ -132,6 +132,57 @@ void ScenarioBuilder<Dim>::warn_of_small_strength() {
   }
 }
 
+// Sides of the box around the mesh at which material lies that may flow, and no node is held.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_open_sides() {
+  if (in_.cbgeo_defaults || model_.gravity.norm() == 0 || rows_.total() == 0) return;
+  if (!model_.rigid_bodies.empty() || team_.any(!model_.node_frames.empty())) return;
+  if (model_.analysis.remove_leaving_particles) return;
+  constexpr double near = 0.75;  // cells to the outermost particles that touch a side, at most
+  const auto [low, high] = mesh_->bounds();
+  const Vec<Dim> cell = outer_cell();
+  const auto distance = [&, low = low, high = high](const Vec<Dim>& x, std::size_t side) {
+    const auto d = static_cast<Eigen::Index>(side / 2);
+    return side % 2 == 0 ? x[d] - low[d] : high[d] - x[d];
+  };
+  std::vector<double> touched(2 * Dim, 0.0), held(2 * Dim, 0.0);
+  for (std::size_t p = 0; p < model_.particles.x.size(); ++p) {
+    if (is_elastic(model_.materials[model_.particles.material[p]].law)) continue;
+    for (std::size_t side = 0; side < touched.size(); ++side)
+      if (distance(model_.particles.x[p], side) < near * cell[static_cast<int>(side / 2)])
+        touched[side] = 1.0;
+  }
+  std::vector<Index> nodes;
+  std::vector<int> axes;  // -1: all
+  for_each_condition([&]<class T>() {
+    for (const T& entry : entries_of<T>(model_)) {
+      nodes.push_back(entry.node);
+      axes.push_back(ActsOnNode<T> ? -1 : place_of(entry).second);
+    }
+  });
+  const std::vector<Vec<Dim>> places = places_of(nodes);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    for (std::size_t side = 0; side < held.size(); ++side) {
+      const int axis = static_cast<int>(side / 2);
+      if ((axes[i] < 0 || axes[i] == axis) && distance(places[i], side) < 0.5 * cell[axis])
+        held[side] = 1.0;
+    }
+  if (model_.analysis.plane == Plane::axisymmetric) held[0] = 1.0;  // of the axis
+  touched = team_.most(std::move(touched));
+  held = team_.most(std::move(held));
+  for (std::size_t side = 0; side < held.size(); ++side) {
+    const int axis = static_cast<int>(side / 2);
+    if (touched[side] == 0.0 || held[side] > 0.0) continue;
+    if (model_.gravity[axis] * (side % 2 == 0 ? -1.0 : 1.0) < 0) continue;  // the top
+    in_.warning(section("mesh"),
+                fmt::format("material touches the side {} = {:g} of the mesh, where no node is "
+                            "held along {}: what moves out of the mesh ends the run",
+                            "xyz"[axis], side % 2 == 0 ? low[axis] : high[axis], "xyz"[axis]),
+                "hold the nodes of that side with a velocity constraint or a wall, or let the mesh "
+                "reach further than the material");
+  }
+}
+
 // Whole lines and sections may begin outside, but what is there has no rows but zeros.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
@@ -148,6 +199,24 @@ void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
       }
       return outside;
     };
+    if (gauges[k].kind == Gauge::Kind::plane) {
+      double least = infinity, most = -infinity;  // of the mesh's corners, along the normal
+      for (int corner = 0; corner < 1 << Dim; ++corner) {
+        double at = 0;
+        for (int d = 0; d < Dim; ++d)
+          at += gauges[k].direction[static_cast<std::size_t>(d)] *
+                ((corner >> d & 1 ? high : low)[d] - gauges[k].origin[static_cast<std::size_t>(d)]);
+        least = std::min(least, at);
+        most = std::max(most, at);
+      }
+      if (least > 0 || most < 0)
+        in_.warning(*entries[k],
+                    fmt::format("the plane of the gauge '{}' does not meet the mesh: nothing "
+                                "passes it",
+                                gauges[k].name),
+                    extent_along<Dim>({low, high}, Dim));
+      continue;
+    }
     const auto& places = gauges[k].places;
     const auto lost = std::count_if(places.begin(), places.end(), is_outside);
     if (lost == 0) continue;

@@ -173,7 +173,7 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
   if (a.scheme == Scheme::usl)
     refuse(
         "\"mpm_scheme\": \"usl\", whose strains come from nodes with hardly any mass that "
-        "contact accelerates,",
+        "contact accelerates",
         "take musl, the default, or usf");
   if (a.two_phase) refuse("a liquid in pores", "take walls of nodes");
   if (model_.mesh && info(model_.mesh->element()).order > 1)

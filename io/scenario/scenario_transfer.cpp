@@ -29,12 +29,11 @@ double smoothing(ShapeFunctions functions, int order) {
   return order > 1 ? 1.0 / 12.0 : 1.0 / 6.0;
 }
 
-/// Whether a law deforms without limit only if its stress grows without one.
+}  // namespace
+
 bool is_elastic(const Law& law) {
   return std::holds_alternative<LinearElastic>(law) || std::holds_alternative<NeoHookean>(law);
 }
-
-}  // namespace
 
 template <int Dim>
 void ScenarioBuilder<Dim>::build_velocity_update(const JsonValue& analysis) {

@@ -31,23 +31,44 @@ RigidCollisions<Dim>::RigidCollisions(const Model<Dim>& model) : model_(model) {
 }
 
 template <int Dim>
-void RigidCollisions<Dim>::add(const std::vector<Placement<Dim>>& at, double dt,
-                               std::vector<Reaction>& reactions) const {
+auto RigidCollisions<Dim>::near(const std::vector<Placement<Dim>>& at, double gravity,
+                                double dt) const -> std::vector<Near> {
+  constexpr double spare = 2;
+  std::vector<Near> all;
   for (std::size_t k = 0; k < at.size(); ++k)
-    for (std::size_t j = 0; j < at.size(); ++j)
-      if (j != k && !points_[k].empty()) add_pair(k, j, at, dt, reactions);
+    for (std::size_t j = 0; j < at.size(); ++j) {
+      if (j == k || points_[k].empty()) continue;
+      const RigidBody<Dim>& wall = model_.rigid_bodies[j];
+      const Placement<Dim>&here = at[k], &there = at[j];
+      Near pair{k, j, {}};
+      for (const Vec<Dim>& point : points_[k]) {
+        const Vec<Dim> x = here.origin + here.axes * (point - model_.rigid_bodies[k].centre);
+        const double speed = (here.velocity_at(x) - there.velocity_at(x)).norm();
+        const double way = spare * dt * (speed + dt * gravity);
+        const Vec<Dim> there_x = wall.centre + there.axes.transpose() * (x - there.origin);
+        if (wall.solid->nearest(there_x).distance < way) pair.points.push_back(point);
+      }
+      if (!pair.points.empty()) all.push_back(std::move(pair));
+    }
+  return all;
 }
 
 template <int Dim>
-void RigidCollisions<Dim>::add_pair(std::size_t free, std::size_t other,
-                                    const std::vector<Placement<Dim>>& at, double dt,
-                                    std::vector<Reaction>& reactions) const {
+void RigidCollisions<Dim>::add(const std::vector<Near>& near, const std::vector<Placement<Dim>>& at,
+                               double dt, std::vector<Reaction>& reactions) const {
+  for (const Near& pair : near) add_pair(pair, at, dt, reactions);
+}
+
+template <int Dim>
+void RigidCollisions<Dim>::add_pair(const Near& pair, const std::vector<Placement<Dim>>& at,
+                                    double dt, std::vector<Reaction>& reactions) const {
+  const auto& [free, other, points] = pair;
   const RigidBody<Dim>&body = model_.rigid_bodies[free], &wall = model_.rigid_bodies[other];
   const Placement<Dim>&here = at[free], &there = at[other];
   const double mass = is_free(wall) ? body.mass * wall.mass / (body.mass + wall.mass) : body.mass;
   const double omega = 1 / (steps_of_contact * dt);
   const double friction = std::max(body.friction, wall.friction);
-  for (const Vec<Dim>& point : points_[free]) {
+  for (const Vec<Dim>& point : points) {
     const Vec<Dim> x = here.origin + here.axes * (point - body.centre);
     auto near = wall.solid->nearest(wall.centre + there.axes.transpose() * (x - there.origin));
     if (!(near.distance < 0)) continue;

@@ -14,19 +14,27 @@ namespace lahar {
 ///     |T| <= mu N,  T against the velocity along the surface
 ///
 /// m is the mass of the body, or of two free ones their reduced mass; mu is the larger coefficient
-/// of the two. The push is so soft that a step resolves it with any number of points, and so stiff
-/// that a body at rest sinks in by some hundred g dt^2.
+/// of the two. The push is so soft that dt resolves it with any number of points, and so stiff that
+/// a body at rest sinks in by some hundred g dt^2. This dt is a part of the step of particles
+/// (RigidMotion::move()).
 template <int Dim>
 class RigidCollisions {
  public:
   explicit RigidCollisions(const Model<Dim>& model);
-  /// Add what bodies do to each other, where they are `at`.
-  void add(const std::vector<Placement<Dim>>& at, double dt,
+  /// Points of a free body that may be inside of another one before long.
+  struct Near {
+    std::size_t free, other;
+    std::vector<Vec<Dim>> points;
+  };
+  /// Those within dt [s] from where bodies are `at`, with twice the way that they make.
+  std::vector<Near> near(const std::vector<Placement<Dim>>& at, double gravity, double dt) const;
+  /// Add what bodies do to each other at these points.
+  void add(const std::vector<Near>& near, const std::vector<Placement<Dim>>& at, double dt,
            std::vector<Reaction>& reactions) const;
 
  private:
-  void add_pair(std::size_t free, std::size_t other, const std::vector<Placement<Dim>>& at,
-                double dt, std::vector<Reaction>& reactions) const;
+  void add_pair(const Near& near, const std::vector<Placement<Dim>>& at, double dt,
+                std::vector<Reaction>& reactions) const;
 
   const Model<Dim>& model_;
   std::vector<std::vector<Vec<Dim>>> points_;  ///< by body, at the start; none of bodies not free

@@ -12,6 +12,9 @@ namespace {
 template <int Dim>
 using Axes = Eigen::Matrix<double, Dim, Dim>;
 
+/// Parts of a step in which bodies may touch each other: the step of particles is none of theirs.
+constexpr int parts_of_contact = 16;
+
 /// Columns of length one at right angles, next to those of a rotation with rounding errors.
 template <int Dim>
 Axes<Dim> orthonormal(Axes<Dim> axes) {
@@ -155,17 +158,20 @@ void RigidMotion<Dim>::take(Step step, std::span<const Index> elements) {
 template <int Dim>
 void RigidMotion<Dim>::move(Step step, double time, double dt) {
   if (!any_free()) return;
-  const auto& before = after_[step + max_lead + 1];
   auto& now = after_[step];
-  now.resize(before.size());
+  now = after_[step + max_lead + 1];
   const Vec<Dim> gravity = load_factor(model_, model_.gravity_function, time) * model_.gravity;
-  std::vector<Reaction> forces = reactions_[step];
-  collisions_.add(before, dt, forces);
-  for (std::size_t k = 0; k < before.size(); ++k) {
-    const RigidBody<Dim>& body = model_.rigid_bodies[k];
-    now[k] = body.motion == RigidBody<Dim>::Motion::free
-                 ? moved(body, before[k], forces[k], gravity, dt)
-                 : placement_at(body, model_.functions, time + dt);
+  const auto near = collisions_.near(now, gravity.norm(), dt);
+  const int parts = near.empty() ? 1 : parts_of_contact;
+  for (int part = 1; part <= parts; ++part) {
+    std::vector<Reaction> forces = reactions_[step];
+    collisions_.add(near, now, dt / parts, forces);
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      const RigidBody<Dim>& body = model_.rigid_bodies[k];
+      now[k] = body.motion == RigidBody<Dim>::Motion::free
+                   ? moved(body, now[k], forces[k], gravity, dt / parts)
+                   : placement_at(body, model_.functions, time + part * (dt / parts));
+    }
   }
 }
 

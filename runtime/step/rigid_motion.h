@@ -19,8 +19,9 @@ namespace lahar {
 ///     v += dt (F / m + g)      omega += dt I^-1 (M - omega x I omega)
 ///     x += dt v                R = exp(dt omega) R
 ///
-/// (symplectic Euler: the same order as that of particles). Forces are exact sums over patches, so
-/// that bits do not depend on ranks.
+/// (symplectic Euler: the same order as that of particles). Where bodies may touch each other, dt
+/// is a part of the step, over which the force of particles is the same. Forces are exact sums over
+/// patches, so that bits do not depend on ranks.
 template <int Dim>
 class RigidMotion {
  public:

@@ -81,13 +81,21 @@ TEST_CASE("rigid bodies: what a free body loses of momentum and of its moment, m
 }
 
 TEST_CASE("rigid bodies: a free disc rolls and slides on a fixed one as rigid bodies do") {
-  for (const double friction : {0.0, 0.5}) {
+  // Soft particles elsewhere have steps in which a disc in contact would fall by its own way.
+  struct Step {
+    double youngs_modulus, dt;
+  };
+  for (const auto& [friction, particles] : {std::pair<double, Step>{0.0, {1e8, 1e-4}},
+                                            {0.5, {1e8, 1e-4}},
+                                            {0.0, {1e5, 2e-3}},
+                                            {0.5, {1e5, 2e-3}}}) {
     CAPTURE(friction);
+    CAPTURE(particles.dt);
     const Incline at{.angle = pi / 9, .friction = friction};
     Model<2> model = model_of_text<2>(fmt::format(
         R"({{
       "mesh": {{"structured": {{"cell_size": 0.05, "extent": [2, 2]}}}},
-      "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e8,
+      "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": {},
                      "poisson_ratio": 0.3}}],
       "rigid_bodies": [
         {{"region": {{"half_space": {{"point": {}, "normal": [{}, {}]}}}}, "friction": {}}},
@@ -95,8 +103,9 @@ TEST_CASE("rigid bodies: a free disc rolls and slides on a fixed one as rigid bo
       "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
                                    "region": {{"box": {{"min": [1.8, 1.8], "max": [1.9, 1.9]}}}}}}}}],
       "external_loading_conditions": {{"gravity": [0, {}]}},
-      "analysis": {{"mpm_scheme": "musl", "dt": 1e-4, "nsteps": 3000}}}})",
-        at.place(0, 0), at.sine(), at.cosine(), friction, at.place(0, 0.15), -g));
+      "analysis": {{"mpm_scheme": "musl", "dt": {}, "nsteps": {}}}}})",
+        particles.youngs_modulus, at.place(0, 0), at.sine(), at.cosine(), friction,
+        at.place(0, 0.15), -g, particles.dt, std::lround(0.3 / particles.dt)));
     Simulation simulation(std::move(model), {.threads = 1});
     simulation.run();
     const RigidBodyRow disc = simulation.history().bodies.at(1);

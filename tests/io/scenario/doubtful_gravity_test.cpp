@@ -36,7 +36,7 @@ std::string warnings_of(const Flat& c) {
     "materials": [{{"name": "sand", "density": 2000, "youngs_modulus": 1e7, "poisson_ratio": 0.3,
                     {}}}],
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "sand",
-                     "region": {{"box": {{"min": [0, 0], "max": [8, 2]}}}}}}}}],
+                     "region": {{"box": {{"min": [0.5, 0], "max": [8, 2]}}}}}}}}],
     "external_loading_conditions": {{"gravity": {}}},
     "post_processing": {{"gauges": [{}]}},
     "analysis": {{"nsteps": 1}}}})",

@@ -305,6 +305,60 @@ TEST_CASE("residual strengths of soil that does not soften are warned of") {
   CHECK(warnings(residual, R"("type": "MPMExplicit2D", "dt": 1e-3, )").find("residual") == std::string::npos);
 }
 
+namespace {
+
+/// Warnings of sand in a mesh of 8 x 4 m, on a floor that is held.
+std::string about_sand(const std::string& box, const std::string& held, const std::string& law,
+                       const std::string& more = "") {
+  const lahar::Scenario s = lahar::read_scenario_text(
+      R"({"mesh": {"structured": {"cell_size": 1, "counts": [8, 4]},
+            "boundary_conditions": {"velocity_constraints": [
+              {"nset": "floor", "dir": "y", "velocity": 0})" + held + R"(]}},
+          "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+                             "left": {"half_space": {"point": [0, 0], "normal": [1, 0]}}}},
+          "materials": [{"name": "sand", "density": 1000, "youngs_modulus": 1e6,
+                         "poisson_ratio": 0.3, "type": )" + law + R"(}],
+          "particles": [{"generator": {"type": "region", "material": 0, "per_cell": 2,
+            "region": {"box": )" + box + R"(}}}],
+          "external_loading_conditions": {"gravity": [0, -10]},
+          "analysis": {"nsteps": 1})" + more + "}",
+      "");
+  return lahar::format_problems(s.warnings, "warning");
+}
+const char* const loose =
+    R"("MohrCoulomb", "friction": 30, "dilation": 0, "cohesion": 0, "tension_cutoff": 0)";
+
+}  // namespace
+
+TEST_CASE("what may flow is warned of at a side of the mesh that nothing holds") {
+  const auto open = [](const std::string& box, const std::string& held, const std::string& law) {
+    return about_sand(box, held, law).find("touches the side x = 0 of the mesh") !=
+           std::string::npos;
+  };
+  const char* const at_side = R"({"min": [0, 0], "max": [3, 4]})";
+  const std::string wall = R"(, {"nset": "left", "dir": "x", "velocity": 0})",
+                    along = R"(, {"nset": "left", "dir": "y", "velocity": 0})";
+  CHECK(open(at_side, "", loose));
+  CHECK(open(at_side, along, loose));
+  CHECK_FALSE(open(at_side, wall, loose));
+  CHECK_FALSE(open(R"({"min": [1, 0], "max": [3, 3]})", "", loose));
+  CHECK_FALSE(open(at_side, "", R"("LinearElastic")"));
+  // Not of the floor, which is held, and not of the top, which gravity leaves.
+  CHECK(about_sand(at_side, wall, loose).find("touches the side") == std::string::npos);
+}
+
+TEST_CASE("a gauge at a plane that does not meet the mesh is warned of") {
+  const auto apart = [](const std::string& x) {
+    return about_sand(R"({"min": [1, 0], "max": [3, 3]})", "", loose,
+                      R"(, "post_processing": {"gauge_steps": 1, "gauges": [{"name": "gate",
+                        "type": "plane", "at": [)" + x + R"(, 0], "normal": [1, 0]}]})")
+               .find("the plane of the gauge 'gate' does not meet the mesh") != std::string::npos;
+  };
+  CHECK(apart("9"));
+  CHECK(apart("-1"));
+  CHECK_FALSE(apart("5"));
+}
+
 TEST_CASE("a layer that yields and is hardly thicker than cells is warned of") {
   const auto thin = [](const char* law, double thickness, const char* cells) {
     const lahar::Scenario s = lahar::read_scenario_text(
