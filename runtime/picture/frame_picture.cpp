@@ -63,15 +63,16 @@ FramePicture::FramePicture(const Frame& frame, const FramePictureOptions& option
     : frame_(frame), options_(options), field_(field_of(frame, options.field)) {
   if (frame.id.empty()) throw InputError(fmt::format("step {} has no particles", frame.step));
   scale_ = options.scale ? *options.scale : scale_of(field_.values);
-  bounds_ = options.bounds ? *options.bounds : bounds_of(frame);
+  bounds_ = options.bounds ? *options.bounds : bounds_of(frame, options.bodies);
   const Look& look = options.look;
   if (look.kind == Look::Kind::section) {
     const auto n = static_cast<std::size_t>(look.normal);
-    if (look.at < bounds_.low[n] || look.at > bounds_.high[n])
+    const Bounds particles = options.bounds ? *options.bounds : bounds_of(frame);
+    if (look.at < particles.low[n] || look.at > particles.high[n])
       throw InputError(
           fmt::format("there are no particles at {0} = {1:.6g} m; they lie between {2:.6g} "
                       "and {3:.6g} m",
-                      "xyz"[n], look.at, bounds_.low[n], bounds_.high[n]));
+                      "xyz"[n], look.at, particles.low[n], particles.high[n]));
   }
   for (const double value : field_.values) {
     beyond_low_ |= value < scale_.low;

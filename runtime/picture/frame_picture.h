@@ -25,7 +25,7 @@ struct FramePictureOptions {
   std::string field = "speed";
   Look look;
   std::optional<ColourScale> scale;  ///< default: scale_of() the field
-  std::optional<Bounds> bounds;      ///< default: those of the frame
+  std::optional<Bounds> bounds;      ///< default: those of the frame and its bodies
   std::string title;
   bool axisymmetric = false;
   std::vector<PlacedBody> bodies = {};

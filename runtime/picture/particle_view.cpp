@@ -85,7 +85,7 @@ void Bounds::add(const Bounds& other) {
   }
 }
 
-Bounds bounds_of(const Frame& frame) {
+Bounds bounds_of(const Frame& frame, const std::vector<PlacedBody>& bodies) {
   Bounds bounds;
   const auto dim = static_cast<std::size_t>(frame.dim);
   if (dim == 3) {
@@ -98,6 +98,13 @@ Bounds bounds_of(const Frame& frame) {
     bounds.low[k % dim] = std::min(bounds.low[k % dim], x);
     bounds.high[k % dim] = std::max(bounds.high[k % dim], x);
   }
+  for (const PlacedBody& body : bodies)
+    for (const Vec<3>& x : body.points)
+      for (std::size_t d = 0; d < dim && body.moves; ++d) {
+        const double at = x[static_cast<Eigen::Index>(d)];
+        bounds.low[d] = std::min(bounds.low[d], at);
+        bounds.high[d] = std::max(bounds.high[d], at);
+      }
   return bounds;
 }
 

@@ -28,14 +28,14 @@ Look look_of(const std::string& text, int dim);
 /// "plan", "section at y = 12.5 m"; "" of a plane.
 std::string name_of(const Look& look);
 
-/// A box around particles [m].
+/// A box around what is seen [m].
 struct Bounds {
   Point low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max(), 0},
       high{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::lowest(), 0};
   void add(const Bounds& other);
 };
-/// Of a frame with particles; places that are not finite are left out.
-Bounds bounds_of(const Frame& frame);
+/// Of a frame with particles, and of bodies that move; places that are not finite are left out.
+Bounds bounds_of(const Frame& frame, const std::vector<PlacedBody>& bodies = {});
 
 /// Along what one looks: coordinates of a picture from those of space. Lengths stay [m].
 class ViewProjection {

@@ -54,6 +54,9 @@ std::vector<PlacedBody> PlacedBodies::at(double time) const {
     const Vec<3> centre(shapes_[k].centre.data());
     PlacedBody& body = bodies.emplace_back();
     body.name = shapes_[k].name;
+    body.moves = std::any_of(rows_[k].begin(), rows_[k].end(), [&](const Row& row) {
+      return row.place != rows_[k].front().place || row.rotation != rows_[k].front().rotation;
+    });
     const auto place = [&](const Vec<3>& x) {
       body.points.push_back(pose.place + pose.axes * (x - centre));
     };

@@ -20,6 +20,7 @@ struct BodyPose {
 /// A body as it is drawn: triangles of three dimensions, or lines of a plane with z = 0.
 struct PlacedBody {
   std::string name;
+  bool moves = false;          ///< at any time of the run
   std::vector<Vec<3>> points;  ///< [m]
   std::vector<std::array<Local, 3>> triangles;
   std::vector<std::array<Local, 2>> lines;

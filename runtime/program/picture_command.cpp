@@ -92,7 +92,7 @@ class Pictures {
         const ColourScale own = scale_of(field_of(frame, arguments_.field).values);
         scale = scale ? joined(*scale, own) : own;
       }
-      const Bounds place = bounds_of(frame);
+      const Bounds place = bounds_of(frame, bodies_.at(frame.time));
       if (bounds)
         bounds->add(place);
       else

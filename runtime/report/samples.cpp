@@ -139,10 +139,11 @@ RunSamples sample(const RunResults& run, const std::vector<std::string>& fields,
       if (samples.fields.size() < fields.size()) samples.fields.push_back(std::move(field));
     }
     if (samples.edge == 0) samples.edge = median_edge(frame, list, at.part->axisymmetric);
+    const Bounds bounds = bounds_of(frame, at.part->shapes.at(frame.time));
     if (samples.frames.empty())
-      samples.bounds = bounds_of(frame);
+      samples.bounds = bounds;
     else
-      samples.bounds.add(bounds_of(frame));
+      samples.bounds.add(bounds);
     samples.particles = std::max(samples.particles, frame.size());
     samples.shown = std::max(samples.shown, static_cast<Index>(list.size()));
     samples.frames.push_back(std::move(to));
