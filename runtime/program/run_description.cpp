@@ -10,6 +10,7 @@
 #include <string>
 
 #include "physics/base/error.h"
+#include "physics/materials/law.h"
 #include "physics/particles/patch_split.h"
 #include "runtime/step/output_times.h"
 
@@ -180,11 +181,20 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
 
 double estimated_seconds(const ModelOutline& model, const SimulationInfo& info) {
   if (begins_with_solve(model.analysis)) return std::numeric_limits<double>::infinity();
-  constexpr double flat = 20e-9, solid = 50e-9;  // [s] per particle and step
-  constexpr double wide = 4;                     // functions that reach beyond a cell
+  const Analysis& a = model.analysis;
+  constexpr double flat = 25e-9, solid = 45e-9;   // [s] per particle and step
+  constexpr double wide = 2.5;                    // functions that reach beyond a cell
+  constexpr double yielding = 1.7, filter = 0.3;  // a law; an order more of the transfer
+  const bool yields =
+      std::any_of(model.materials.begin(), model.materials.end(), [](const Material& m) {
+        return !std::holds_alternative<LinearElastic>(m.law) &&
+               !std::holds_alternative<NeoHookean>(m.law) && !has_pressure(m.law);
+      });
   const double one = (model.dim == 2 ? flat : solid) *
-                     (model.analysis.functions == ShapeFunctions::element ? 1.0 : wide);
-  return one * steps_of(model.analysis, info) * static_cast<double>(info.particles) / info.threads;
+                     (a.functions == ShapeFunctions::element ? 1.0 : wide) *
+                     (yields ? yielding : 1.0) * (1.0 + filter * (a.transfer.order - 1));
+  const auto threads = static_cast<double>(std::min<Index>(info.threads, info.patches));
+  return one * steps_of(a, info) * static_cast<double>(info.particles) / std::max(threads, 1.0);
 }
 
 void describe_duration(Console& console, const ModelOutline& model, const SimulationInfo& info) {
