@@ -95,12 +95,15 @@ void for_members(State& body, Visit visit) {
   visit("axes", body.axes);
   visit("force", body.force);
   visit("torque", body.torque);
+  visit("moved", body.moved);
+  visit("turned", body.turned);
 }
 
 Json rigid_bodies_json(const std::vector<RigidBodyState>& bodies) {
   Json list = Json::array();
   for (const RigidBodyState& body : bodies) {
     Json& entry = list.emplace_back(Json::object());
+    entry["name"] = body.name;
     for_members(body, [&](const char* key, const auto& values) {
       Json& numbers = entry[key] = Json::array();
       for (const double value : values) numbers.push_back(any_number(value));
@@ -114,6 +117,7 @@ std::vector<RigidBodyState> rigid_bodies_of(const Json& run) {
   if (!run.contains("rigid_bodies")) return bodies;  // before there were any
   for (const Json& entry : run.at("rigid_bodies")) {
     RigidBodyState& body = bodies.emplace_back();
+    body.name = entry.at("name").get<std::string>();
     for_members(body, [&](const char* key, auto& values) {
       const Json& numbers = entry.at(key);
       if (!numbers.is_array() || numbers.size() != values.size())

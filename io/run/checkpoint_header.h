@@ -32,12 +32,14 @@ struct WatchdogState {
   WatchdogAlarm alarm = {};
 };
 
-/// A rigid body that may move by forces, between two steps. Arrays have three components in two
-/// dimensions, too.
+/// A rigid body between two steps. Arrays have three components in two dimensions, too.
 struct RigidBodyState {
+  std::string name;
   std::array<double, 3> origin{}, velocity{}, spin{};  ///< as in Placement
   std::array<double, 9> axes{};                        ///< row by row
   std::array<double, 3> force{}, torque{};             ///< of particles, in the step that comes
+  std::array<double, 3> moved{};                       ///< as in RigidBody
+  std::array<double, 9> turned{1, 0, 0, 0, 1, 0, 0, 0, 1};
 };
 
 /// What gauges and maps remember of a run (runtime/step/gauges.h).
@@ -75,7 +77,7 @@ struct RunState {
   /// Steps after which patches are to be split, as was decided before; -1 = none.
   Index split_step = -1;
   WatchdogState watchdog = {};
-  std::vector<RigidBodyState> rigid_bodies = {};  ///< all of them, where some are free
+  std::vector<RigidBodyState> rigid_bodies = {};  ///< all of them
   RestState rest = {};
   GaugeState gauges = {};
 };

@@ -16,6 +16,7 @@
 #include "io/scenario/particles_generator.h"
 #include "io/scenario/scenario_doubts.h"
 #include "io/scenario/scenario_input.h"
+#include "physics/geometry/solid_samples.h"
 #include "physics/geometry/triangles.h"
 #include "physics/materials/law.h"
 #include "physics/model/model.h"
@@ -216,6 +217,8 @@ class ScenarioBuilder {
   void read_rubbing(const JsonValue& entry, RigidBody<Dim>& body);
   void read_motion(const JsonValue& entry, RigidBody<Dim>& body);
   void weigh(const JsonValue& entry, RigidBody<Dim>& body);
+  void turn_around_axis(const JsonValue& entry, RigidBody<Dim>& body);
+  Vec<Dim> centre_of(const SolidMoments<Dim>& moments) const;  ///< on the axis, if there is one
   void check_rigid_bodies();  ///< after the analysis and the particles; collective
   void check_overlap_of_bodies();
   void find_reaches();

@@ -6,7 +6,6 @@
 
 #include "io/base/text.h"
 #include "io/scenario/scenario_builder.h"
-#include "physics/geometry/solid_samples.h"
 
 namespace lahar {
 
@@ -58,11 +57,12 @@ void ScenarioBuilder<Dim>::build_rigid_bodies() {
     }
     read_rubbing(*entry, body);
     read_motion(*entry, body);
+    if (model_.analysis.plane == Plane::axisymmetric) turn_around_axis(*entry, body);
     if (!body.solid) continue;
     if (body.motion == RigidBody<Dim>::Motion::free)
       weigh(*entry, body);
     else if (!entry->find("centre") && has_end(*body.solid))
-      body.centre = moments_of(*body.solid, centre_cuts(Dim)).centre;
+      body.centre = centre_of(moments_of(*body.solid, centre_cuts(Dim)));
     model_.rigid_bodies.push_back(std::move(body));
   }
   auto& a = model_.analysis;
@@ -141,13 +141,34 @@ void ScenarioBuilder<Dim>::weigh(const JsonValue& entry, RigidBody<Dim>& body) {
   if (!has_end(*body.solid))
     return in_.error(*entry.find("region"), "a body without an end cannot move by forces",
                      "bound the region, or leave out 'density' and 'mass'");
-  const auto moments = moments_of(*body.solid, mass_cuts(Dim));
+  const bool around_axis = model_.analysis.plane == Plane::axisymmetric;
+  const auto moments = moments_of(*body.solid, mass_cuts(Dim), around_axis);
   if (moments.volume == 0) return in_.error(*entry.find("region"), "the body has no volume");
   const double density =
       get_number(entry, "density").value_or(get_number(entry, "mass").value_or(0) / moments.volume);
   body.mass = density * moments.volume;
   body.inertia = density * moments.inertia;
-  if (!entry.find("centre")) body.centre = moments.centre;
+  if (!entry.find("centre")) body.centre = centre_of(moments);
+}
+
+template <int Dim>
+Vec<Dim> ScenarioBuilder<Dim>::centre_of(const SolidMoments<Dim>& moments) const {
+  Vec<Dim> centre = moments.centre;
+  if (model_.analysis.plane == Plane::axisymmetric) centre[0] = 0;
+  return centre;
+}
+
+/// A body of revolution moves along its axis; a prescribed velocity along x makes its circles grow.
+template <int Dim>
+void ScenarioBuilder<Dim>::turn_around_axis(const JsonValue& entry, RigidBody<Dim>& body) {
+  if (const JsonValue* spin = entry.find("spin"))
+    in_.error(*spin, "a body of revolution does not turn out of its axis", "leave out 'spin'");
+  if (body.motion != RigidBody<Dim>::Motion::free) return;
+  if (body.velocity[0] != 0)
+    in_.error(*entry.find("velocity"), "a free body of revolution moves along the axis, y, alone",
+              "give 0 for x");
+  body.held[0] = 1;
+  body.held_spin.setOnes();
 }
 
 template <int Dim>
@@ -162,14 +183,11 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
   const bool moving =
       std::any_of(model_.rigid_bodies.begin(), model_.rigid_bodies.end(),
                   [](const auto& body) { return body.motion != RigidBody<Dim>::Motion::fixed; });
-  if (!in_.stage.empty() && moving)
-    refuse("stages where they move: they would begin where the first stage began",
-           "take one run, or bodies at rest");
   if (is_implicit(a) && moving)
     refuse("implicit steps where they move", "take explicit steps, or displacement_constraints");
   if (is_implicit(a) && a.as_cbgeo) refuse("implicit steps of the preset cbgeo");
   if (is_projection(a)) refuse("projections", "take walls of nodes, or explicit steps");
-  if (deforms_across(a)) refuse("plane stress and axisymmetry");
+  if (a.plane == Plane::stress) refuse("plane stress");
   if (a.scheme == Scheme::usl)
     refuse(
         "\"mpm_scheme\": \"usl\", whose strains come from nodes with hardly any mass that "
@@ -179,7 +197,7 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
   if (model_.mesh && info(model_.mesh->element()).order > 1)
     refuse("elements of second order", "take linear elements, GIMP or splines");
   if (team_.any(!in_.problems.empty())) return;
-  check_overlap_of_bodies();
+  if (in_.stage.empty()) check_overlap_of_bodies();  // later ones begin with other particles
   find_reaches();
 }
 
@@ -199,7 +217,8 @@ void ScenarioBuilder<Dim>::find_reaches() {
   p.reach.assign(p.x.size(), 0.0);
   for_own_particles([&](std::size_t g, std::size_t i) {
     if (!solids[g]) return;
-    const double half = 0.5 * std::pow(p.volume[i], 1.0 / Dim);
+    const double section = p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
+    const double half = 0.5 * std::pow(section, 1.0 / Dim);
     const double depth = -solids[g]->nearest(p.x[i]).distance;
     // Further inside a particle is as large as its volume.
     p.reach[i] = depth > 2 * half ? half : std::max(depth, 1e-6 * half);

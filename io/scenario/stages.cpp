@@ -19,8 +19,8 @@ using Object = JsonValue::Object;
 
 constexpr const char* may_change =
     "a stage may change analysis, materials (but for types and densities), "
-    "external_loading_conditions, mesh.boundary_conditions and post_processing; and remove, place "
-    "and change_material of particles";
+    "external_loading_conditions, mesh.boundary_conditions, rigid_bodies and post_processing; and "
+    "remove, place and change_material of particles";
 
 /// What a stage does to particles once, when it begins: no part of the merge patch.
 bool is_operation(std::string_view key) {
@@ -218,6 +218,30 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
   return names;
 }
 
+namespace {
+
+/// By name of a rigid body, "region" and "centre" of its entry.
+std::map<std::string, std::string> shapes_of(const Scenario& scenario) {
+  std::map<std::string, std::string> shapes;
+  const auto names = std::visit(
+      [](const auto& model) {
+        std::vector<std::string> all;
+        for (const auto& body : model.rigid_bodies) all.push_back(body.name);
+        return all;
+      },
+      scenario.model);
+  if (names.empty()) return shapes;
+  const auto entries = json_of_text(scenario.full).at("rigid_bodies");
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto& entry = entries.at(k);
+    shapes[names[k]] = entry.value("region", nlohmann::json()).dump() +
+                       entry.value("centre", nlohmann::json()).dump();
+  }
+  return shapes;
+}
+
+}  // namespace
+
 StageBody body_of(const Scenario& scenario) {
   return std::visit(
       [&](const auto& model) {
@@ -225,7 +249,7 @@ StageBody body_of(const Scenario& scenario) {
         return StageBody{analysis.two_phase,  analysis.scheme == Scheme::projection,
                          analysis.functions,  analysis.contact.bodies,
                          analysis.plane,      scenario.classes,
-                         analysis.mean_volume};
+                         shapes_of(scenario), analysis.mean_volume};
       },
       scenario.model);
 }
@@ -233,12 +257,13 @@ StageBody body_of(const Scenario& scenario) {
 void check_body(const StageBody& before, const Scenario& stage) {
   const StageBody now = body_of(stage);
   std::vector<Problem> problems;
-  const auto same = [&](bool is, const char* where, const char* what) {
+  const auto same = [&](bool is, const char* where, const std::string& what,
+                        const char* hint = may_change) {
     if (is) return;
     Problem problem{.where = where,
                     .message = fmt::format("stage {}: {} is the same in all stages",
                                            stage.stages.at(stage.stage), what),
-                    .hint = may_change};
+                    .hint = hint};
     problems.push_back(stage.place(problem));
   };
   same(now.two_phase == before.two_phase, "/analysis/type", "the number of phases");
@@ -248,6 +273,11 @@ void check_body(const StageBody& before, const Scenario& stage) {
        "'analysis.shape_functions', whose domains particles have,");
   same(now.plane == before.plane, "/analysis/plane", "'analysis.plane', which volumes depend on,");
   same(now.bodies == before.bodies, "/mesh", "the number of bodies in contact");
+  for (const auto& [name, shape] : now.rigid_bodies)
+    if (const auto old = before.rigid_bodies.find(name); old != before.rigid_bodies.end())
+      same(old->second == shape, "/rigid_bodies",
+           fmt::format("the rigid body '{}', by 'region' and 'centre',", name),
+           "a body that was not there before needs a name of its own");
   // Stages may place particles that come behind those of before.
   const auto &was = before.classes, &is = now.classes;
   same(was.size() <= is.size() && std::equal(was.begin(), was.end(), is.begin()), "/materials",

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,9 @@ struct StageBody {
   int bodies = 1;
   Plane plane = Plane::strain;
   std::vector<std::uint64_t> classes = {};  ///< Scenario::classes
-  bool b_bar = false;                       ///< may change, but not without a word
+  /// Of rigid bodies that are there again, by name, what they are made of.
+  std::map<std::string, std::string> rigid_bodies = {};
+  bool b_bar = false;  ///< may change, but not without a word
 };
 StageBody body_of(const Scenario& scenario);
 

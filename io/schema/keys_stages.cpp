@@ -132,6 +132,11 @@ const Section& stage_section() {
              .kinds = object,
              .help = "what changes in mesh.boundary_conditions; no other key of mesh",
              .section = stage_mesh_section},
+            {.key = "rigid_bodies",
+             .kinds = list,
+             .help = "all rigid bodies. Those that the stage before had, by `name`, begin where "
+                     "they were; free ones keep their velocity. Others begin where `region` says",
+             .section = rigid_body_section},
             {.key = "post_processing",
              .kinds = object,
              .help = "what changes in post_processing, except path",

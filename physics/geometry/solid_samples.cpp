@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace lahar {
 
@@ -37,7 +38,7 @@ Vec<Dim> place(const Vec<Dim>& low, const Vec<Dim>& h, const std::array<int, 3>&
 }  // namespace
 
 template <int Dim>
-SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts) {
+SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts, bool around_axis) {
   SolidMoments<Dim> m;
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   const auto [low, high] = solid.bounds();
@@ -52,7 +53,8 @@ SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts) {
     // A plane through the nearest point cuts the box, whose width is that along the normal.
     const double width = near.normal.cwiseAbs().dot(h);
     const double part = std::clamp(0.5 - near.distance / width, 0.0, 1.0);
-    const double volume = part * h.prod();
+    const double depth = around_axis ? 2 * std::numbers::pi * std::max(0.0, x[0]) : 1.0;
+    const double volume = part * h.prod() * depth;
     m.volume += volume;
     m.centre += volume * x;
     Eigen::Vector3d y = Eigen::Vector3d::Zero();
@@ -84,8 +86,8 @@ std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts) {
   return points;
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                        \
-  template SolidMoments<Dim> moments_of<Dim>(const Solid<Dim>&, int); \
+#define LAHAR_INSTANTIATE(Dim)                                              \
+  template SolidMoments<Dim> moments_of<Dim>(const Solid<Dim>&, int, bool); \
   template std::vector<Vec<Dim>> surface_points<Dim>(const Solid<Dim>&, int);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

@@ -17,9 +17,10 @@ struct SolidMoments {
 };
 
 /// By equal boxes, `cuts` along the longest edge. A box that the surface cuts counts in part, so
-/// that the error falls with the square of their size.
+/// that the error falls with the square of their size. With `around_axis` those of the body of
+/// revolution [m^3] whose section at x > 0 this is.
 template <int Dim>
-SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts);
+SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts, bool around_axis = false);
 
 /// Points on the surface of a solid with an end, about `cuts` along its longest edge.
 template <int Dim>

@@ -22,10 +22,9 @@ class Bodies {
   std::size_t size() const { return bodies_.size(); }
   const RigidBody<Dim>& operator[](std::size_t k) const { return bodies_[k]; }
   const Placement<Dim>& at(std::size_t k) const { return at_[k]; }
-  bool moves(std::size_t k) const { return bodies_[k].motion != RigidBody<Dim>::Motion::fixed; }
   typename Solid<Dim>::Nearest nearest(std::size_t k, const Vec<Dim>& x) const {
     const RigidBody<Dim>& body = bodies_[k];
-    if (!moves(k)) return body.solid->nearest(x);
+    if (body.stays()) return body.solid->nearest(x);
     const auto& at = at_[k];
     auto found = body.solid->nearest(body.centre + at.axes.transpose() * (x - at.origin));
     found.normal = at.axes * found.normal;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "physics/base/pack_bits.h"
 #include "physics/basis/any_basis.h"
@@ -26,8 +27,10 @@ struct Touching {
   Vec<Dim> x, move;           ///< [m]; the second since the beginning
   double dt;                  ///< [s]
   double mass;                ///< [kg]
+  double depth;               ///< [m] of the model there: depth_at()
   double area, reach;         ///< [m^2] of its surface, [m]
   double stiffness, damping;  ///< k, c
+  bool is_ring;               ///< of an axisymmetric model
 };
 
 /// What contact does to a particle.
@@ -74,6 +77,22 @@ NearestPack<Dim> find_nearest(const TouchingPack<Dim>& at, unsigned bits, const 
   NearestPack<Dim> near;
   for_each_bit(bits, [&](std::size_t lane) { near[lane] = bodies.nearest(k, at[lane].x); });
   return near;
+}
+
+/// How far particles may get in an explicit step [m]: twice as far as the fastest node. Functions
+/// are weights but for those of elements, which are negative in places.
+template <int Dim>
+double longest_move(const Patch<Dim>& patch, double dt) {
+  NodeVector most(0.0);
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) {
+      const auto v =
+          load<NodeVector>(patch.velocity.data() + static_cast<std::ptrdiff_t>(i) * node_width);
+      most = max(most, v * v);
+    }
+  double square = 0;
+  for (int d = 0; d < Dim; ++d) square += most[d];
+  return (patch.basis == BasisKind::element ? 8.0 : 2.0) * dt * std::sqrt(square);
 }
 
 /// Which of the particles whose bits are set are further from all bodies than they get in a step.
@@ -124,7 +143,10 @@ void touch(const Touching<Dim>& p, const Bodies<Dim>& bodies, std::size_t k,
   const Vec<Dim> force = push * near.normal + shear + drag;
   all.force += force;
   all.couple += push * std::max(0.0, near.distance) * near.normal * near.normal.transpose();
-  if (reactions) (*reactions)[k].template add<Dim>(-force, p.x - bodies.at(k).origin);
+  if (!reactions) return;
+  // Around an axis, couples of rings cancel.
+  const Vec<Dim> arm = p.is_ring ? Vec<Dim>::Zero() : Vec<Dim>(p.x - bodies.at(k).origin);
+  (*reactions)[k].template add<Dim>(-force, arm);
 }
 
 template <int Dim>
@@ -154,7 +176,7 @@ void set(const std::array<double*, Dim>& rows, Local p, const Vec<Dim>& value) {
 }
 
 /// Reach of a particle at x that is seen near a body for the first time. `given`: minus its
-/// distance to the surface of the body that it is part of, or 0.
+/// distance to the surface of the body that it is part of, or 0. `volume` [m^Dim] of its section.
 template <int Dim>
 double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<Dim>& bodies) {
   double reach = given < 0 ? -given : 0.5 * std::pow(volume, 1.0 / Dim);
@@ -166,6 +188,7 @@ double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<
 /// What the particles of a bin have in common.
 struct ContactBin {
   double density, modulus, h;  ///< [kg/m^3], [Pa], [m]
+  bool rings;                  ///< of an axisymmetric model
 };
 
 template <int Dim>
@@ -174,11 +197,12 @@ ContactBin contact_bin(const Patch<Dim>& patch, const StepContext<Dim>& step,
   const Material& material = step.model->materials[bin.material];
   return {.density = material.density,
           .modulus = material.density * std::pow(wave_speed(material), 2),
-          .h = patch.cell_size[static_cast<std::size_t>(bin.cell)]};
+          .h = patch.cell_size[static_cast<std::size_t>(bin.cell)],
+          .rings = step.model->analysis.plane == Plane::axisymmetric};
 }
 
-/// The surface by which a particle touches [m^2]. A particle whose volume a surface has cut lies
-/// flat on it, twice its reach thick.
+/// The surface by which a particle touches [m^(Dim - 1)]. A particle whose volume a surface has cut
+/// lies flat on it, twice its reach thick.
 template <int Dim>
 double contact_area(double volume, double reach, double h) {
   const double of_box = std::pow(volume, 1 - 1.0 / Dim);
@@ -191,8 +215,10 @@ void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bi
            const Bodies<Dim>& bodies) {
   at.x = get<Dim>(rows.x, p);
   at.mass = rows.mass[p];
+  at.is_ring = bin.rings;
+  at.depth = bin.rings ? 2 * std::numbers::pi * at.x[0] : 1.0;
   double& reach = rows.reach[p];
-  if (!(reach > 0)) reach = first_reach(reach, at.x, at.mass / bin.density, bodies);
+  if (!(reach > 0)) reach = first_reach(reach, at.x, at.mass / (bin.density * at.depth), bodies);
   at.reach = reach;
   at.damping = 0;
 }
@@ -203,7 +229,8 @@ void move_with_step(Touching<Dim>& p, const ContactBin& bin, const Vec<Dim>& mov
   p.x += move;
   p.move = move;
   p.dt = dt;
-  p.area = contact_area<Dim>(p.mass / bin.density, p.reach, bin.h);
+  const double section = p.mass / (bin.density * p.depth);
+  p.area = p.depth * contact_area<Dim>(section, p.reach, bin.h);
   p.stiffness = bin.modulus * p.area / (0.5 * bin.h);
 }
 
@@ -265,6 +292,8 @@ void begin_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
   });
   const std::size_t cells = patch.topology.cells.size();
   if (moving || patch.near_bodies.size() != cells) patch.near_bodies.assign(cells, Near::unknown);
+  patch.longest_move = is_implicit(step.model->analysis) ? std::numeric_limits<double>::infinity()
+                                                         : longest_move(patch, step.dt);
 }
 
 template <int Dim>
@@ -285,7 +314,8 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
             begin(at[lane], rows, common, first + static_cast<Local>(lane), bodies);
           });
           const unsigned touched = not_zero(rows.force, first, bin.end);
-          const unsigned near = all & ~which_are_away(at, all & ~touched, bodies, 0.5 * common.h);
+          const unsigned near = all & ~which_are_away(at, all & ~touched, bodies,
+                                                      std::min(0.5 * common.h, patch.longest_move));
           if (near == 0) continue;
           Pack sum[2][Dim];
           general::interpolate<Dim, 2, Pack>(basis, first, fields, nodes, sum);
@@ -319,24 +349,41 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 }
 
 template <int Dim>
-void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                   const VelocityGradients<Dim>* gradients) {
   const ContactRows<Dim> rows(patch.particles);
+  const auto count = [&](Local p, auto gradient) {
+    const auto couple = contact_couple<Dim>(rows.couple, p);
+    for (int a = 0; a < Dim; ++a)
+      for (int b = 0; b < Dim; ++b) patch.work.internal += step.dt * couple(a, b) * gradient(a, b);
+  };
+  const auto act = [&](const ParticleBin& bin) {
+    return has_particle_forces(patch, bin, *step.model);
+  };
+  if (gradients) {
+    for (const ParticleBin& bin : bins) {
+      if (!act(bin)) continue;
+      const std::size_t begin = gradients->begin(bin, bins);
+      for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
+        for_each_bit(not_zero(rows.couple, p, bin.end), [&](int lane) {
+          const std::size_t at = begin + static_cast<std::size_t>(p + lane - bin.begin);
+          count(p + lane, [&](int a, int b) {
+            return gradients->L[static_cast<std::size_t>(Dim * a + b)][at];
+          });
+        });
+    }
+    return;
+  }
   for_each_bin_with_basis(
-      patch, bins,
-      [&](const ParticleBin& bin) { return has_particle_forces(patch, bin, *step.model); },
-      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
-          const unsigned acting = not_zero(rows.couple, first, bin.end);
+      patch, bins, act, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          const unsigned acting = not_zero(rows.couple, p, bin.end);
           if (acting == 0) continue;
           Pack L[Dim][Dim];
-          general::gradient<Dim, Pack>(basis, first, patch.velocity.data(), nodes, L);
-          double work = patch.work.internal;
+          general::gradient<Dim, Pack>(basis, p, patch.velocity.data(), nodes, L);
           for_each_bit(acting, [&](int lane) {
-            const auto couple = contact_couple<Dim>(rows.couple, first + lane);
-            for (int a = 0; a < Dim; ++a)
-              for (int b = 0; b < Dim; ++b) work += step.dt * couple(a, b) * L[a][b][lane];
+            count(p + lane, [&](int a, int b) { return L[a][b][lane]; });
           });
-          patch.work.internal = work;
         }
       });
 }
@@ -406,7 +453,8 @@ void end_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void begin_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);                    \
   template void touch_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);       \
   template void keep_outside<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);       \
-  template void count_couples<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);      \
+  template void count_couples<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins,       \
+                                   const VelocityGradients<Dim>*);                           \
   template void end_contact<Dim>(Patch<Dim>&, const StepContext<Dim>&);                      \
   template bool meets_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&, const ParticleBin&); \
   template ImplicitContact<Dim> contact_after<Dim>(Patch<Dim>&, const StepContext<Dim>&,     \

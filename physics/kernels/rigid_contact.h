@@ -25,6 +25,10 @@
 /// such particles in the run, so that k is constant. It bounds particles whose reach is less than
 /// 2/3 (c dt)^2 / h with the speed of waves c.
 ///
+/// Particles of axisymmetric models are rings: V / 2 pi r is in place of V, and A is 2 pi r times
+/// the length of the section. The reaction along r is the sum around the circle, and there is no
+/// torque.
+///
 /// A particle whose centre would come to lie inside of a body is put on its surface, and its reach
 /// grows by as much (keep_outside()): forces, momentum and the energy of springs do not change.
 ///
@@ -37,6 +41,7 @@
 /// damped counts as friction.
 #pragma once
 
+#include "physics/kernels/velocity_gradients.h"
 #include "physics/particles/patch.h"
 
 namespace lahar {
@@ -48,9 +53,11 @@ void begin_contact(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// Work that couples take in a step, from the velocities from which strains are taken.
+/// Work that couples take in a step, from the velocities from which strains are taken. `gradients`
+/// (optional) are those of the particles.
 template <int Dim>
-void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                   const VelocityGradients<Dim>* gradients = nullptr);
 
 /// When particles have moved: no centre of theirs remains inside of a body. With CPDI2 places
 /// follow from corners, and are left.

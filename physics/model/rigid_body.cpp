@@ -32,7 +32,8 @@ template <int Dim>
 Placement<Dim> placement_at(const RigidBody<Dim>& body, const std::vector<MathFunction>& functions,
                             double time) {
   Placement<Dim> at;
-  at.origin = body.centre;
+  at.origin = body.centre + body.moved;
+  at.axes = body.turned;
   if (body.motion == RigidBody<Dim>::Motion::fixed) return at;
   double factor = 1, duration = time;
   if (body.function >= 0) {
@@ -41,7 +42,7 @@ Placement<Dim> placement_at(const RigidBody<Dim>& body, const std::vector<MathFu
     duration = f.integral(time);
   }
   at.origin += duration * body.velocity;
-  at.axes = rotation_by<Dim>(duration * body.spin);
+  at.axes = rotation_by<Dim>(duration * body.spin) * body.turned;
   at.velocity = factor * body.velocity;
   at.spin = factor * body.spin;
   return at;

@@ -49,6 +49,16 @@ struct RigidBody {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
   Eigen::Vector3d held_spin = Eigen::Vector3d::Zero();  ///< 1: it does not turn about this axis
   Vec<Dim> held = Vec<Dim>::Zero();                     ///< 1: it does not move along this axis
+
+  // Where the stages before this one have brought it.
+  Vec<Dim> moved = Vec<Dim>::Zero();  ///< [m]
+  Eigen::Matrix<double, Dim, Dim> turned = Eigen::Matrix<double, Dim, Dim>::Identity();
+
+  /// It is where `solid` is, and stays there.
+  bool stays() const {
+    return motion == Motion::fixed && moved.isZero(0) &&
+           turned == Eigen::Matrix<double, Dim, Dim>::Identity();
+  }
 };
 
 /// Where a body that is not free is at a time [s]: a pure function of time.

@@ -77,10 +77,10 @@ std::vector<std::byte> state_for(StateUse use, std::vector<std::byte> state,
 
   StateHead other = head;
   other.rows = layout.rows();
-  other.loads = other.active_nodes = 0;
+  other.loads = other.active_nodes = other.impulses = 0;
   std::vector<std::byte> converted(bytes_of(other));
   StateWriter out(converted.data());
-  StateReader in(state.data() + sizeof(StateHead) + sizeof(PatchWork));
+  StateReader in(state.data() + ids_offset(head) - n_bytes(head.bins, sizeof(PackedBin)));
   out.put(other);
   out.put(PatchWork{});
   for (Index r = 0; r < head.bins; ++r) {

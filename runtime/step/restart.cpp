@@ -109,7 +109,8 @@ SimulationState state_at_start(SimulationState end, bool alike) {
              .cells_per_patch = before.cells_per_patch,
              .least_mass = before.least_mass,
              .columns = before.columns,
-             .splits = before.splits};
+             .splits = before.splits,
+             .rigid_bodies = before.rigid_bodies};
   end.use = alike ? StateUse::alike : StateUse::other_run;
   return end;
 }

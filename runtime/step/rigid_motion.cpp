@@ -1,8 +1,12 @@
 #include "runtime/step/rigid_motion.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 
+#include "io/base/text.h"
 #include "physics/particles/loads.h"
 
 namespace lahar {
@@ -49,6 +53,40 @@ Vec<3> angular_acceleration(const RigidBody<Dim>& body, const Placement<Dim>& at
   }
 }
 
+// Vectors and axes of states have three components in two dimensions, too.
+template <int Dim>
+Vec<Dim> components(const std::array<double, 3>& from) {
+  Vec<Dim> to;
+  for (int d = 0; d < Dim; ++d) to[d] = from[static_cast<std::size_t>(d)];
+  return to;
+}
+template <int Dim>
+void put(const Vec<Dim>& from, std::array<double, 3>& to) {
+  for (int d = 0; d < Dim; ++d) to[static_cast<std::size_t>(d)] = from[d];
+}
+template <int Dim>
+Axes<Dim> axes_of(const std::array<double, 9>& from) {
+  Axes<Dim> to;
+  for (int d = 0; d < Dim; ++d)
+    for (int e = 0; e < Dim; ++e) to(d, e) = from[static_cast<std::size_t>(3 * d + e)];
+  return to;
+}
+template <int Dim>
+void put_axes(const Axes<Dim>& from, std::array<double, 9>& to) {
+  for (int d = 0; d < Dim; ++d)
+    for (int e = 0; e < Dim; ++e) to[static_cast<std::size_t>(3 * d + e)] = from(d, e);
+}
+
+template <int Dim>
+Placement<Dim> placement_of(const RigidBodyState& state) {
+  Placement<Dim> at;
+  at.origin = components<Dim>(state.origin);
+  at.axes = axes_of<Dim>(state.axes);
+  at.velocity = components<Dim>(state.velocity);
+  for (int d = 0; d < 3; ++d) at.spin[d] = state.spin[static_cast<std::size_t>(d)];
+  return at;
+}
+
 template <int Dim>
 Placement<Dim> moved(const RigidBody<Dim>& body, Placement<Dim> at, const Reaction& on,
                      const Vec<Dim>& gravity, double dt) {
@@ -73,50 +111,112 @@ void RigidMotion<Dim>::begin(Step first) {
   std::vector<Placement<Dim>> at;
   for (const RigidBody<Dim>& body : model_.rigid_bodies) {
     Placement<Dim> place;
-    place.origin = body.centre;
+    place.origin = body.centre + body.moved;
+    place.axes = body.turned;
     place.velocity = body.velocity;
     place.spin = body.spin;
     at.push_back(place);
   }
   after_[first + max_lead + 1] = at;  // the slot of the step before the first
-  reactions_[first].assign(at.size(), {});
+  reactions_[first] = taken_;
+  reactions_[first].resize(at.size());
+}
+
+template <int Dim>
+void RigidMotion<Dim>::need_room(const RigidBody<Dim>& body, const PatchSet<Dim>& patches,
+                                 const Communicator& ranks) const {
+  constexpr double share_of_cell = 1e-3;
+  struct Deep {
+    double depth = 0;
+    std::array<double, Dim> x{};
+    Index count = 0;
+  } own;
+  for (int i = 0; i < patches.size(); ++i) {
+    const Patch<Dim>& patch = patches[i];
+    patch.for_each_particle([&](Local p) {
+      Vec<Dim> x;
+      for (int d = 0; d < Dim; ++d) x[d] = patch.particles.row(Column::x, d)[p];
+      const double depth = -body.solid->nearest(x).distance;
+      if (!(depth > share_of_cell * patch.smallest_cell)) return;
+      ++own.count;
+      if (depth > own.depth) own.depth = depth, std::copy_n(x.data(), Dim, own.x.begin());
+    });
+  }
+  Deep all;
+  for (const Deep& of_rank : ranks.gather_all<Deep>(std::span(&own, 1))) {
+    all.count += of_rank.count;
+    if (of_rank.depth > all.depth) all.depth = of_rank.depth, all.x = of_rank.x;
+  }
+  if (all.count == 0) return;
+  std::string place;
+  for (const double x : all.x) place += fmt::format("{}{:.6g}", place.empty() ? "" : ", ", x);
+  throw InputError({{.where = "/rigid_bodies",
+                     .message = fmt::format("{} particles are inside of the rigid body '{}' when "
+                                            "the stage begins, up to {:.3g} m deep at ({})",
+                                            format_count(all.count), body.name, all.depth, place),
+                     .hint = "\"remove\" the particles there, or bring the body from outside"}});
+}
+
+template <int Dim>
+void RigidMotion<Dim>::take_over(const std::vector<RigidBodyState>& bodies,
+                                 const PatchSet<Dim>& patches, const Communicator& ranks) {
+  taken_.clear();
+  for (RigidBody<Dim>& body : model_.rigid_bodies) {
+    taken_.emplace_back();
+    const auto before = std::find_if(bodies.begin(), bodies.end(),
+                                     [&](const auto& other) { return other.name == body.name; });
+    if (before == bodies.end()) {
+      need_room(body, patches, ranks);
+      continue;
+    }
+    const Placement<Dim> at = placement_of<Dim>(*before);
+    body.moved = Vec<Dim>(at.origin) - body.centre;
+    body.turned = at.axes;
+    taken_.back() = {before->force, before->torque};
+    if (body.motion != RigidBody<Dim>::Motion::free) continue;
+    body.velocity = at.velocity;
+    body.spin = at.spin;
+  }
 }
 
 template <int Dim>
 void RigidMotion<Dim>::resume(Step step, const std::vector<RigidBodyState>& bodies) {
+  auto& own = model_.rigid_bodies;
+  if (bodies.size() != own.size() && (any_free() || !bodies.empty()))
+    throw InputError("the state has other rigid bodies than the scenario");
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    own[k].moved = components<Dim>(bodies[k].moved);
+    own[k].turned = axes_of<Dim>(bodies[k].turned);
+  }
   begin(step);
   if (!any_free()) return;
-  auto& at = after_[step + max_lead + 1];
-  if (bodies.size() != at.size())
-    throw InputError("the state has other rigid bodies than the scenario");
-  for (std::size_t k = 0; k < at.size(); ++k) {
-    for (int d = 0; d < Dim; ++d) {
-      const auto i = static_cast<std::size_t>(d);
-      at[k].origin[d] = bodies[k].origin[i];
-      at[k].velocity[d] = bodies[k].velocity[i];
-      for (int e = 0; e < Dim; ++e)
-        at[k].axes(d, e) = bodies[k].axes[3 * i + static_cast<std::size_t>(e)];
-    }
-    for (int d = 0; d < 3; ++d) at[k].spin[d] = bodies[k].spin[static_cast<std::size_t>(d)];
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    after_[step + max_lead + 1][k] = placement_of<Dim>(bodies[k]);
     reactions_[step][k] = {bodies[k].force, bodies[k].torque};
   }
 }
 
 template <int Dim>
-std::vector<RigidBodyState> RigidMotion<Dim>::state(Step step) const {
+Placement<Dim> RigidMotion<Dim>::placement(std::size_t body, Step slot, double time) const {
+  return any_free() ? after_[slot][body]
+                    : placement_at(model_.rigid_bodies[body], model_.functions, time);
+}
+
+template <int Dim>
+std::vector<RigidBodyState> RigidMotion<Dim>::state(Step step, double time) const {
   std::vector<RigidBodyState> states;
-  if (!any_free()) return states;
-  const auto& at = after_[step + max_lead + 1];
-  for (std::size_t k = 0; k < at.size(); ++k) {
+  for (std::size_t k = 0; k < model_.rigid_bodies.size(); ++k) {
+    const RigidBody<Dim>& body = model_.rigid_bodies[k];
+    const Placement<Dim> at = placement(k, step + max_lead + 1, time);
     RigidBodyState& state = states.emplace_back();
-    for (int d = 0; d < Dim; ++d) {
-      const auto i = static_cast<std::size_t>(d);
-      state.origin[i] = at[k].origin[d];
-      state.velocity[i] = at[k].velocity[d];
-      for (int e = 0; e < Dim; ++e)
-        state.axes[3 * i + static_cast<std::size_t>(e)] = at[k].axes(d, e);
-    }
-    for (int d = 0; d < 3; ++d) state.spin[static_cast<std::size_t>(d)] = at[k].spin[d];
+    state.name = body.name;
+    put<Dim>(at.origin, state.origin);
+    put<Dim>(at.velocity, state.velocity);
+    put<Dim>(body.moved, state.moved);
+    put_axes<Dim>(at.axes, state.axes);
+    put_axes<Dim>(body.turned, state.turned);
+    for (int d = 0; d < 3; ++d) state.spin[static_cast<std::size_t>(d)] = at.spin[d];
+    if (!any_free()) continue;
     state.force = reactions_[step][k].force;
     state.torque = reactions_[step][k].torque;
   }
@@ -179,8 +279,7 @@ template <int Dim>
 void RigidMotion<Dim>::describe(Step step, double time, HistoryRow& row) const {
   for (std::size_t k = 0; k < row.bodies.size(); ++k) {
     const RigidBody<Dim>& body = model_.rigid_bodies[k];
-    const Placement<Dim> at =
-        any_free() ? after_[step][k] : placement_at(body, model_.functions, time);
+    const Placement<Dim> at = placement(k, step, time);
     RigidBodyRow& to = row.bodies[k];
     to.name = body.name;
     for (int d = 0; d < Dim; ++d) {

@@ -25,15 +25,19 @@ namespace lahar {
 template <int Dim>
 class RigidMotion {
  public:
-  explicit RigidMotion(const Model<Dim>& model) : model_(model), collisions_(model) {}
+  explicit RigidMotion(Model<Dim>& model) : model_(model), collisions_(model) {}
   bool any_free() const { return model_.analysis.free_bodies; }
 
   /// Bodies are where they begin; nothing has touched them.
   void begin(Step first);
+  /// Before begin(): bodies that another run had, too, by name, are where it ended. Free ones keep
+  /// their velocity, and what particles do to them. Throws InputError where others are in the way of particles. Collective.
+  void take_over(const std::vector<RigidBodyState>& bodies, const PatchSet<Dim>& patches,
+                 const Communicator& ranks);
   /// Bodies as a state has them, which goes on with `step`.
   void resume(Step step, const std::vector<RigidBodyState>& bodies);
-  /// At the beginning of `step`.
-  std::vector<RigidBodyState> state(Step step) const;
+  /// At the beginning of `step`, at `time` [s].
+  std::vector<RigidBodyState> state(Step step, double time) const;
 
   /// Sums over the reactions that patches found for the step that comes, as elements.
   std::span<const Index> sums(const PatchSet<Dim>& patches);
@@ -50,11 +54,16 @@ class RigidMotion {
   }
 
  private:
+  void need_room(const RigidBody<Dim>& body, const PatchSet<Dim>& patches,
+                 const Communicator& ranks) const;
+  Placement<Dim> placement(std::size_t body, Step slot, double time) const;
+
   static constexpr std::size_t n_sums = 6;  ///< of a body
-  const Model<Dim>& model_;
+  Model<Dim>& model_;
   RigidCollisions<Dim> collisions_;
   PerStep<std::vector<Placement<Dim>>> after_;
   PerStep<std::vector<Reaction>> reactions_;  ///< at the beginning of the step
+  std::vector<Reaction> taken_;  ///< reactions with which a run begins; empty = none
   std::vector<Index> elements_;
 };
 

@@ -99,7 +99,8 @@ void SimulationDriver<Dim>::hand_on_copies(Step step) {
     attempt([&] { observer_.nodes(nodes_.take(step)); });
   if (schedule_.frames_end(step)) warn(schedule_.no_more_frames(step));
   if (!stager_.copies(step)) return;
-  const SimulationState state = stager_.take(step, time_.limit_of(step), rigid_.state(step), log_);
+  const SimulationState state =
+      stager_.take(step, time_.limit_of(step), rigid_.state(step, time_.time_at(step)), log_);
   attempt([&] { observer_.checkpoint(state); });
 }
 

@@ -90,6 +90,7 @@ PatchSet<Dim> SimulationDriver<Dim>::make_patches(const SimulationState* state) 
 template <int Dim>
 void SimulationDriver<Dim>::start(const SimulationState* state) {
   step_ = model_.analysis.first_step;
+  if (state) rigid_.take_over(state->run.rigid_bodies, patches_, ranks_);
   rigid_.begin(step_);
   history_.begin(history());
   watch_.begin(history_.start());
@@ -363,7 +364,7 @@ template <int Dim>
 SimulationState SimulationDriver<Dim>::state() const {
   RunState run = run_state(step_);
   run.dt_limit = time_.limit_of(step_);
-  run.rigid_bodies = rigid_.state(step_);
+  run.rigid_bodies = rigid_.state(step_, time());
   return stager_.present(std::move(run), removed_, ranks_);
 }
 

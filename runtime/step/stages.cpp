@@ -97,21 +97,27 @@ void find_across(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
 }
 
 /// update_stress() with gradients that are not those at particles alone, or are left for the pore
-/// pressure.
+/// pressure. What forces of rigid bodies do because they act at surfaces goes with strains.
 template <int Dim>
 void find_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                  StressPart part) {
   const Analysis& analysis = step.model->analysis;
-  VelocityGradients<Dim>& gradients = gradients_of_chunk<Dim>();
-  if (analysis.mean_volume)
-    find_mean_gradients(patch, step, bins, gradients);
-  else if (deforms_across(analysis))
-    find_across(patch, step, bins, gradients);
-  else if (analysis.two_phase && general::is(patch))
-    general::find_gradients<Dim, Pack>(patch, step, bins, patch.velocity.data(), gradients);
-  else
-    return update_stress(patch, step, bins, part);
-  update_stress(patch, step, bins, part, &gradients);
+  const bool couples = analysis.rigid_bodies && part != StressPart::law;
+  const bool special = analysis.mean_volume || deforms_across(analysis);
+  VelocityGradients<Dim>* gradients = nullptr;
+  if (!special && (analysis.two_phase || couples) && general::is(patch)) {
+    gradients = &gradients_of_chunk<Dim>();
+    general::find_gradients<Dim, Pack>(patch, step, bins, patch.velocity.data(), *gradients);
+  }
+  if (couples) count_couples(patch, step, bins, gradients);
+  if (special) {
+    gradients = &gradients_of_chunk<Dim>();
+    if (analysis.mean_volume)
+      find_mean_gradients(patch, step, bins, *gradients);
+    else
+      find_across(patch, step, bins, *gradients);
+  }
+  update_stress(patch, step, bins, part, gradients);
 }
 
 /// The filter of the velocity transfer, of orders from Order on: of each, a stage that gives nodes
@@ -157,12 +163,6 @@ Stages<Dim> map_of_prescribed(bool of_next_step) {
                          .of_next_step = of_next_step};
   map.stage.needs_dt = !of_next_step;
   return {map};
-}
-
-/// What forces of rigid bodies do because they act at surfaces goes with strains.
-template <int Dim>
-void count_couples_of_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  if (step.model->analysis.rigid_bodies) count_couples(patch, step, bins);
 }
 
 /// With the stage that gives nodes their velocities: records of traces hold few stages of a phase.
@@ -288,7 +288,7 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                                    [](P& p, S& s, ParticleBins bins) {
                                      if (s.model->analysis.scheme == Scheme::usl)
                                        add_work_of_tractions(p, s, bins);
-                                     count_couples_of_bodies(p, s, bins);
+                                     if (s.model->analysis.rigid_bodies) count_couples(p, s, bins);
                                      update_stress(p, s, bins, StressPart::strain);
                                      map_pressure(p, s, bins);
                                    }},
@@ -317,7 +317,6 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                              .bins = [](P& p, S& s, ParticleBins bins) {
                                if (s.model->analysis.scheme == Scheme::usl)
                                  add_work_of_tractions(p, s, bins);
-                               count_couples_of_bodies(p, s, bins);
                                find_stress(p, s, bins, StressPart::both);
                              }}};
 }

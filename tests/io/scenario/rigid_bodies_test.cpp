@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "io/scenario/scenario.h"
+#include "io/scenario/stages.h"
 #include "tests/io/scenario/said.h"
 
 using namespace lahar;
@@ -142,19 +143,32 @@ TEST_CASE("rigid bodies: what does not go together with them is refused") {
     });
   };
   CHECK(says(with(R"("mpm_scheme": "newmark", "dt": 0.1)"), "implicit steps"));
-  CHECK(says(with(R"("plane": "axisymmetric", "dt": 1e-4)"), "axisymmetry"));
+  CHECK(says(with(R"("plane": "stress", "dt": 1e-4)"), "plane stress"));
   CHECK(says(with(R"("mpm_scheme": "usl", "dt": 1e-4)"), "usl"));
 }
 
-TEST_CASE("rigid bodies that move are refused in later stages, those at rest are not") {
-  const auto second_stage = [](const std::string& motion) {
+TEST_CASE("rigid bodies around an axis move along it: spins and free motion along x are refused") {
+  const auto with = [](const std::string& more) {
     return refusal_of([&] {
-      scenario_of({.bodies = "{" + round_body + motion + "}",
-                   .more = R"(, "stages": [{"name": "a"}, {"name": "b"}])"},
-                  1);
+      scenario_of({.bodies = "{" + round_body + more + "}",
+                   .analysis = R"("plane": "axisymmetric", "dt": 1e-4)"});
     });
   };
-  CHECK(says(second_stage(R"(, "mass": 10)"), "would begin where the first stage began"));
-  CHECK(says(second_stage(R"(, "velocity": [1, 0])"), "would begin where the first stage began"));
-  CHECK(second_stage("") == "");
+  CHECK(says(with(R"(, "spin": 1, "centre": [0, 0])"), "does not turn out of its axis"));
+  CHECK(says(with(R"(, "mass": 1, "velocity": [1, 0])"), "moves along the axis"));
+}
+
+TEST_CASE("rigid bodies of stages may move, and one that is there again is the same body") {
+  const auto stage = [](const std::string& stages, std::size_t k) {
+    return scenario_of({.bodies = "{" + round_body + R"(, "mass": 10})",
+                        .more = R"(, "stages": [{"name": "a"}, {"name": "b")" + stages + "}]"},
+                       k);
+  };
+  CHECK(refusal_of([&] { check_body(body_of(stage("", 0)), stage("", 1)); }) == "");
+  const std::string held = R"(, "rigid_bodies": [{)" + round_body + "}]";
+  CHECK(refusal_of([&] { check_body(body_of(stage(held, 0)), stage(held, 1)); }) == "");
+  const std::string other = R"(, "rigid_bodies": [{"region": {"box": {"min": [3, 3],
+                                                                     "max": [4, 4]}}}])";
+  CHECK(says(refusal_of([&] { check_body(body_of(stage(other, 0)), stage(other, 1)); }),
+             "the rigid body '0', by 'region' and 'centre', is the same in all stages"));
 }
