@@ -226,6 +226,8 @@ class Integrator {
         two_phase_(step.model->analysis.two_phase),
         point_(patch.forces.begin()),
         wall_(patch.walls.begin()),
+        fixed_(patch.fixed.begin()),
+        driven_(patch.driven.begin()),
         next_acting_(next_acting(patch.acting, 0)) {
     for_each_acting_list(patch.acting, [](auto& list) {
       for (auto& at : list) {
@@ -264,7 +266,7 @@ class Integrator {
     const NodeVector per_mass(1.0 / m), share = own[mass_lane] * per_mass;
     NodeVector against(0.0);
     if (damped()) {
-      against = damping_force(step_.model->analysis, step_.dt, old, force);
+      against = damping(i, old, force);
       store(against, at(patch_.damping, i));
       force -= against;
     }
@@ -326,6 +328,22 @@ class Integrator {
   using PointForce = typename Patch<Dim>::PointForce;
 
   bool damped() const { return step_.model->analysis.damping > 0.0; }
+
+  /// The damping force at node i, {v, m}, of what is out of balance there, along directions that
+  /// nothing prescribes: it would only change the force that holds them.
+  [[gnu::noinline]] NodeVector damping(Local i, const NodeVector& v, NodeVector force) {
+    if (two_phase_ && !step_.model->analysis.explicit_drag)
+      force += drag_at_beginning(patch_, i, v);
+    double against[node_width];
+    store(damping_force(step_.model->analysis, step_.dt, v, force), against);
+    while (fixed_ != patch_.fixed.end() && fixed_->node < i) ++fixed_;  // not active
+    for (; fixed_ != patch_.fixed.end() && fixed_->node == i; ++fixed_) against[fixed_->dir] = 0.0;
+    while (driven_ != patch_.driven.end() && driven_->node < i) ++driven_;
+    if (driven_ != patch_.driven.end() && driven_->node == i)
+      for (std::size_t d = 0; d < Dim; ++d)
+        if (driven_->driven[d]) against[d] = 0.0;
+    return load<NodeVector>(against);
+  }
 
   double point_force(const PointForce& point) const {
     return point.force * load_factor(*step_.model, point.function, step_.time);
@@ -438,6 +456,8 @@ class Integrator {
   bool two_phase_;
   typename std::vector<PointForce>::const_iterator point_;
   typename std::vector<ConstrainedNode<Dim>>::const_iterator wall_;
+  typename std::vector<typename Patch<Dim>::FixedVelocity>::const_iterator fixed_;
+  typename std::vector<DrivenNode<Dim>>::const_iterator driven_;
   Local next_acting_;                          ///< the next node on which conditions act
   NodeVector weight_work_ = NodeVector(0.0);   ///< of unit gravity and a step of 1 s
   NodeVector damping_work_ = NodeVector(0.0);  ///< of a step of 1 s

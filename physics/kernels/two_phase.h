@@ -50,6 +50,11 @@ template <int Dim>
 NodeVector before_damping(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
                           const NodeVector& old);
 
+/// Q (v_l - v) at the beginning of the step: the part of an implicit drag in what is out of
+/// balance.
+template <int Dim>
+NodeVector drag_at_beginning(const Patch<Dim>& patch, Local node, const NodeVector& skeleton);
+
 /// Q (v_l - v) after the step, where drag is implicit; `force` is all else on the skeleton's node.
 /// integrate_liquid() finds the same for the liquid: drag keeps the momentum of both.
 template <int Dim>

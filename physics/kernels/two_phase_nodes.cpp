@@ -17,11 +17,12 @@ void prescribe_liquid(Patch<Dim>& patch) {
     at(patch.liquid.velocity, fixed.node)[fixed.dir] = fixed.velocity;
 }
 
-/// Force on the liquid of a node [N] but for the drag: pressure, weight, and damping. In Cundall's
-/// an explicit drag has a part.
+/// Force on the liquid of a node [N] but for the drag: pressure, weight, and damping. Cundall's is
+/// that of what is out of balance, with the drag at the beginning of the step: a steady flow is not
+/// damped.
 template <int Dim>
 NodeVector damped_force(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
-                        const NodeVector& gravity, const NodeVector& drag = NodeVector(0.0)) {
+                        const NodeVector& gravity, const NodeVector& drag) {
   const Analysis& analysis = step.model->analysis;
   const auto v = load<NodeVector>(at(patch.liquid.velocity, node));
   NodeVector force = load<NodeVector>(at(patch.liquid.force, node)) + v[mass_lane] * gravity;
@@ -75,6 +76,13 @@ NodeVector before_damping(const Patch<Dim>& patch, const StepContext<Dim>& step,
 }
 
 template <int Dim>
+NodeVector drag_at_beginning(const Patch<Dim>& patch, Local node, const NodeVector& skeleton) {
+  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, node));
+  if (!more_than(v_l[mass_lane], patch.least_mass)) return NodeVector(0.0);
+  return load<NodeVector>(at(patch.liquid.drag, node)) * (v_l - skeleton);
+}
+
+template <int Dim>
 NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
                             const NodeVector& old, const NodeVector& force,
                             const NodeVector& gravity) {
@@ -84,7 +92,8 @@ NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& ste
     return NodeVector(0.0);
   const auto Q = load<NodeVector>(at(patch.liquid.drag, node));
   const NodeVector after = old + dt / m * force;  // without drag
-  const NodeVector liquid = v_l + dt / m_l * damped_force(patch, step, node, gravity);
+  const NodeVector liquid =
+      v_l + dt / m_l * damped_force(patch, step, node, gravity, Q * (v_l - old));
   double difference[node_width], inverse[node_width];  // by how much a unit impulse changes it
   store(liquid - after, difference);
   store(NodeVector(1.0 / m + 1.0 / m_l), inverse);
@@ -117,12 +126,9 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const auto Q = load<NodeVector>(at(patch.liquid.drag, i));
       const auto v_s = load<NodeVector>(at(patch.velocity, i));
       const auto a_s = load<NodeVector>(at(patch.acceleration, i));
-      NodeVector force, drag;
-      if (analysis.explicit_drag) {
-        drag = Q * (old - (v_s - dt * a_s));
-        force = damped_force(patch, step, i, g, drag);
-      } else {
-        force = damped_force(patch, step, i, g);
+      NodeVector drag = Q * (old - (v_s - dt * a_s));  // at the beginning of the step
+      const NodeVector force = damped_force(patch, step, i, g, drag);
+      if (!analysis.explicit_drag) {
         const NodeVector after = (m * old + dt * (force + Q * v_s)) / (m + dt * Q);
         drag = Q * (after - v_s);
       }
@@ -187,6 +193,7 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void liquid_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&);                      \
   template NodeVector before_damping<Dim>(const Patch<Dim>&, const StepContext<Dim>&, Local,   \
                                           const NodeVector&);                                  \
+  template NodeVector drag_at_beginning<Dim>(const Patch<Dim>&, Local, const NodeVector&);     \
   template NodeVector drag_on_skeleton<Dim>(const Patch<Dim>&, const StepContext<Dim>&, Local, \
                                             const NodeVector&, const NodeVector&,              \
                                             const NodeVector&);                                \

@@ -204,3 +204,38 @@ TEST_CASE("with CB-Geo's preset particles with prescribed velocities move with n
   CHECK_FALSE(model.analysis.drives_nodes);
   CHECK(worst_of_plate(model, -0.5) > 1e-4);
 }
+
+// A block between a base and nodes, or particles, that are moved: all work of those is stored.
+TEST_CASE("the force that moves a block is that of the block, however much motion is damped") {
+  const std::string nodes = R"("velocity_constraints": [{"nset": "base", "dir": "y", "velocity": 0},
+      {"nset": "top", "dir": "y", "velocity": -0.01}])";
+  const std::string particles =
+      R"("velocity_constraints": [{"nset": "base", "dir": "y", "velocity": 0}],
+         "particles_velocity_constraints": [{"pset": "top", "dir": "y", "velocity": -0.01}])";
+  for (const std::string& conditions : {nodes, particles})
+    for (const double damping : {0.0, 0.7}) {
+      CAPTURE(conditions);
+      CAPTURE(damping);
+      Model<2> model = model_of_text<2>(fmt::format(
+          R"({{
+        "mesh": {{"structured": {{"cell_size": 0.1, "extent": [1, 1.2]}},
+                 "boundary_conditions": {{{}}}}},
+        "sets": {{
+          "nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                    "top": {{"half_space": {{"point": [0, 1], "normal": [0, -1]}}}}}},
+          "particles": {{"top": {{"half_space": {{"point": [0, 0.95], "normal": [0, -1]}}}}}}}},
+        "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e7,
+                       "poisson_ratio": 0}}],
+        "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                                     "region": {{"box": {{"max": [1, 1]}}}}}}}}],
+        "analysis": {{"dt": 2e-4, "end_time": 0.4,
+                     "damping": {{"type": "Cundall", "damping_factor": {}}}}}}})",
+          conditions, damping));
+      Simulation simulation(std::move(model), {.threads = 2});
+      simulation.run();
+      const HistoryRow row = simulation.history();
+      CHECK(row.internal > 50);
+      CHECK(row.external == doctest::Approx(row.internal).epsilon(0.05));  // waves are damped
+      CHECK(std::abs(row.balance) < 1e-3 * row.internal);
+    }
+}

@@ -22,6 +22,7 @@ struct Column {
   double safety = 0.4;
   std::string functions = "element";
   double tolerance = 0.01;
+  double damping = 0;  ///< Cundall's
 };
 
 /// A column of 1 m into whose base water flows as the gradient wants.
@@ -43,9 +44,10 @@ std::string text_of(const Column& column, double gradient) {
       "region": {{"box": {{"min": [0, 0], "max": [{0}, 1]}}}}}}}}],
     "external_loading_conditions": {{"gravity": {{"gravity": [0, -{7}], "ramping_time": 0.1}}}},
     "analysis": {{"preset": "lahar", "mpm_scheme": "musl", "shape_functions": "{8}",
-                 "end_time": 0.4, "time_step": {{"safety": {9}}}}}}})",
+                 "end_time": 0.4, "time_step": {{"safety": {9}}},
+                 "damping": {{"type": "Cundall", "damping_factor": {10}}}}}}})",
                      h, column.cells + 2, conductivity * gradient / porosity, grains, porosity,
-                     conductivity, water, gravity, column.functions, column.safety);
+                     conductivity, water, gravity, column.functions, column.safety, column.damping);
 }
 
 struct Line {
@@ -102,4 +104,10 @@ TEST_CASE("seepage: the effective stress falls with the gradient, to zero at the
   check_seepage({.cells = 20});
   // Splines reach beyond the surface, where the water leaves.
   check_seepage({.cells = 20, .functions = "quadratic_spline", .tolerance = 0.015});
+}
+
+// What the water does to the grains is in balance where it flows steadily: nothing to damp.
+TEST_CASE("seepage: Cundall's damping leaves a steady flow and its effective stress") {
+  check_seepage({.damping = 0.3});
+  check_seepage({.damping = 0.7});
 }
