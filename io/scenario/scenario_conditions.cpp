@@ -236,6 +236,10 @@ void ScenarioBuilder<Dim>::build_condition() {
       refuse_without_liquid(*entry);
       continue;
     }
+    if constexpr (is_of_liquid<T>)
+      if (model_.analysis.two_phase && get_integer(*entry, "phase_id").value_or(1) == 0)
+        in_.error(*entry->find("phase_id"), "phase 0 is the skeleton, which has no such condition",
+                  "write 1, the liquid");
     add_entry_of<T>(*entry);
     finish(*entry);
   }

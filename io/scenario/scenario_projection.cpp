@@ -75,7 +75,7 @@ void ScenarioBuilder<Dim>::check_projection() {
   a.opening = false;
   a.explicit_drag = false;
   if (a.as_cbgeo)
-    in_.warning(analysis, "--as-cbgeo changes nothing in the projection itself",
+    in_.warning(analysis, "--as-cbgeo changes nothing in a projection but the default of 'beta'",
                 "drag is in the equation of the pressure, and what a liquid in pores stores");
   const auto refuse = [&](const char* key, const std::string& hint) {
     refuse_in_projection(analysis.find(key), fmt::format("'{}'", key), hint);
@@ -107,7 +107,16 @@ void ScenarioBuilder<Dim>::choose_kept_pressure() {
   const JsonValue* given = section("analysis").find("scheme_settings");
   std::optional<double> kept;
   if (given && given->is<JsonValue::Object>()) kept = get_number(*given, "beta");
-  a.projection.kept = kept.value_or(a.two_phase || in_.cbgeo_defaults ? 1.0 : 0.0);
+  a.projection.kept = kept.value_or(a.two_phase || a.as_cbgeo ? 1.0 : 0.0);
+  const auto& pressures = entries_of<NodePressure>(model_);
+  if (a.projection.kept > 0 &&
+      team_.any(std::any_of(pressures.begin(), pressures.end(),
+                            [](const NodePressure& p) { return p.pressure != 0.0; })))
+    in_.error(*boundary().find("pressure_constraints"),
+              fmt::format("a pressure other than 0 does not go together with a 'beta' of {:g}: "
+                          "nothing holds the pressure that is kept against it",
+                          a.projection.kept),
+              "write \"scheme_settings\": {\"beta\": 0} in analysis");
   if (a.two_phase && kept && *kept < 1.0)
     in_.warning(
         *given->find("beta"),

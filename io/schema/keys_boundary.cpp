@@ -47,8 +47,8 @@ std::vector<KeySpec> keys_of() {
   if (is_of_liquid<T>)
     keys.push_back({.key = "phase_id",
                     .kinds = integer,
-                    .help = "phase: 1 is the liquid",
-                    .min = 1,
+                    .help = "phase: 1 is the liquid in pores, 0 a fluid without pores",
+                    .min = 0,
                     .max = 1});
   std::string row = HasDirection<T> ? "file of lines `node dir" : "file of lines `node";
   for (const auto& p : T::parameters) {

@@ -25,7 +25,7 @@ const Section& scheme_settings_section() {
            .help = "Newmark's parameter of the displacement. 0.25, the default, with gamma 0.5 is "
                    "the rule of mean acceleration, which keeps the energy of linear systems. With "
                    "\"mpm_scheme\": \"projection\" the share of the pressure that acts before it "
-                   "is corrected: 0 of fluids, 1 with a liquid in pores or the preset cbgeo",
+                   "is corrected: 0 of fluids, 1 with a liquid in pores or with --as-cbgeo",
            .unit = "-",
            .min = 0,
            .max = 1},

@@ -47,6 +47,11 @@ void map_drag(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins
   map_momentum_of<Dim, Pack>(patch, bins, particle, patch.own_sums(NodeSum::drag, step.step));
 }
 
+/// Share of the pore pressure whose forces act before a projection corrects it.
+double acting_share(const Analysis& analysis) {
+  return is_projection(analysis) ? analysis.projection.kept : 1.0;
+}
+
 /// Forces of the pore pressure by gradients at the centres of cells: of a bin there is one sum for
 /// the mixture and one for the liquid.
 template <int Dim>
@@ -55,6 +60,7 @@ void add_pressure_at_centre(Patch<Dim>& patch, const StepContext<Dim>& step, Par
   const double* pressure = patch.particles.row(Column::pore_pressure);
   double* mixture = patch.own_sums(NodeSum::force, step.step);
   double* liquid = patch.own_sums(NodeSum::liquid_force, step.step);
+  const double share = acting_share(step.model->analysis);
   for_each_bin(patch, bins, [&](const auto& map, const ParticleBin& bin) {
     const auto& given = step.model->materials[bin.material].liquid;
     if (!given) return;
@@ -62,7 +68,7 @@ void add_pressure_at_centre(Patch<Dim>& patch, const StepContext<Dim>& step, Par
     Pack work(0.0);
     for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
       work += first_lanes(Pack(load<Pack>(V + p) * load<Pack>(pressure + p)), bin.end - p);
-    const double both = reduce(work), one = both * mean_porosity(patch, pores, bin);  // [J]
+    const double both = share * reduce(work), one = both * mean_porosity(patch, pores, bin);  // [J]
     double dN[Dim][corners<Dim>];
     centre_gradients(map, dN);
     const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
@@ -86,6 +92,7 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
   const double* V = patch.particles.row(Column::volume);
   const double* pressure = patch.particles.row(Column::pore_pressure);
   const bool each = step.model->analysis.volume_as_cbgeo;
+  const double share = acting_share(step.model->analysis);
   for (const ParticleBin& bin : bins) {
     const auto& liquid = step.model->materials[bin.material].liquid;
     const auto row = [&](std::size_t k) { return rows[k] + bin.begin; };
@@ -99,7 +106,8 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
     for (Local p = bin.begin; p < bin.end; ++p) volume += V[p], work += V[p] * pressure[p];
     const double mean = work / volume, porosity = mean_porosity(patch, pores, bin);
     for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-      const Pack pushed = load<Pack>(V + p) * (each ? load<Pack>(pressure + p) : Pack(mean));
+      const Pack pushed =
+          share * load<Pack>(V + p) * (each ? load<Pack>(pressure + p) : Pack(mean));
       store_first(pushed, rows[0] + p, bin.end - p);
       store_first(Pack(pushed * (each ? pores.porosity(load<Pack>(m + p), load<Pack>(V + p))
                                       : Pack(porosity))),

@@ -30,7 +30,8 @@ Model<2> squeezed_soil() {
     "particles": [{"generator": {"type": "region", "per_cell": 2, "material": ["soil", "water"],
                                  "region": {"box": {"min": [0, 0], "max": [1, 1]}}}}],
     "external_loading_conditions": {"gravity": [0, -10]},
-    "analysis": {"mpm_scheme": "projection", "dt": 5e-4, "nsteps": 1000, "patch_particles": 24}})");
+    "analysis": {"mpm_scheme": "projection", "dt": 5e-4, "nsteps": 1000, "patch_particles": 24,
+                 "scheme_settings": {"beta": 0}}})");
 }
 
 }  // namespace

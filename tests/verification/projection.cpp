@@ -223,3 +223,63 @@ TEST_CASE("projection: soil consolidates as Terzaghi says, at steps that water's
     CHECK(consolidation_error(1e-4, dt) < 0.01);
   }
 }
+
+namespace {
+
+/// A saturated column of 1 m on a base that holds it; g = 10 m/s^2 where there is gravity.
+Model<2> saturated_column(double kept, double gravity, const std::string& pressures, double end) {
+  return model_of_text<2>(fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": 0.05, "extent": [0.05, 1]}},
+      "boundary_conditions": {{
+        "velocity_constraints": [
+          {{"nset": "all", "dir": "x", "velocity": 0}}, {{"nset": "all", "dir": 2, "velocity": 0}},
+          {{"nset": "base", "dir": "y", "velocity": 0}}{}],
+        "pressure_constraints": [{{"phase_id": 1, "nset": "top", "pressure": 0}}{}]}}}},
+    "sets": {{"nodes": {{
+      "all": {{"all": true}},
+      "base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+      "top": {{"half_space": {{"point": [0, 1], "normal": [0, -1]}}}}}}}},
+    "materials": [
+      {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
+       "poisson_ratio": 0, "porosity": 0.4, "k_x": 1e-3}},
+      {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 2e10,
+       "dynamic_viscosity": 1e-3}}],
+    "particles": [{{"generator": {{"type": "region", "material": ["soil", "water"], "per_cell": 2,
+      "region": {{"box": {{"min": [0, 0], "max": [0.05, 1]}}}}}}}}],
+    "external_loading_conditions": {{"gravity": [0, {}]}},
+    "analysis": {{"mpm_scheme": "projection", "dt": 4e-4, "end_time": {},
+                 "scheme_settings": {{"beta": {}}}, "free_surface_detection": {{"type": "none"}}}}}})",
+      pressures.empty() ? R"(, {"nset": "base", "dir": 3, "velocity": 0})" : "", pressures, gravity,
+      end, kept));
+}
+
+}  // namespace
+
+TEST_CASE("projection: water in pores at rest has the pressure of its depth, whatever is kept") {
+  for (const double kept : {0.0, 0.5}) {
+    CAPTURE(kept);
+    Simulation simulation(saturated_column(kept, -10, "", 3));
+    simulation.run();
+    const State state(simulation.frame());
+    for (Index p = 0; p < state.size(); ++p) {
+      const double error = state.get("pore_pressure", p) / 1e4 - (1 - state.x(p, 1));
+      CHECK(std::abs(error) < (state.x(p, 1) < 0.05 ? 0.04 : 0.01));  // the lowest cell: 0.03
+    }
+  }
+}
+
+// Darcy: discharge n (v_l - v) = k i with the gradient i = p / (rho g L); 9.81 m/s^2 are in k.
+TEST_CASE("projection: a pressure below makes water flow upwards as Darcy says") {
+  constexpr double base = 5e3, k = 1e-3;
+  Simulation simulation(saturated_column(
+      0, 0, fmt::format(R"(, {{"phase_id": 1, "nset": "base", "pressure": {}}})", base), 2));
+  simulation.run();
+  const State state(simulation.frame());
+  for (Index p = 0; p < state.size(); ++p) {
+    CHECK(state.get("pore_pressure", p) / base == doctest::Approx(1 - state.x(p, 1)).epsilon(0.01));
+    const double discharge =
+        0.4 * (state.get("liquid_velocity", p, 1) - state.get("velocity", p, 1));
+    CHECK(discharge == doctest::Approx(k * base / (1000 * 9.81)).epsilon(0.01));
+  }
+}

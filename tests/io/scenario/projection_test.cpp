@@ -112,6 +112,24 @@ TEST_CASE("beta of soil and water below 1 is warned of") {
   CHECK(says(warnings_of(scenario_of(parts)), "soil gives way to a sudden load"));
 }
 
+TEST_CASE("a pressure that is kept does not go together with one that is prescribed") {
+  Parts parts = with(R"("scheme_settings": {"beta": 0.5})");
+  parts.conditions =
+      R"("pressure_constraints": [{"phase_id": 0, "nset": "base", "pressure": 5e3}])";
+  CHECK(says(refusal(parts), "a pressure other than 0 does not go together with a 'beta' of 0.5"));
+  parts.analysis = Parts().analysis;
+  CHECK(refusal(parts) == "");
+}
+
+TEST_CASE("fluids keep no pressure, but with --as-cbgeo") {
+  const std::string tank = R"("type": "MPMSemiImplicitNavierStokes2D", "dt": 0.01, "nsteps": 10)";
+  CHECK(model_of({.analysis = tank}).analysis.projection.kept == 0.0);
+  ScenarioOptions options;
+  options.as_cbgeo = true;
+  const Scenario reference = scenario_of({.analysis = tank}, options);
+  CHECK(std::get<Model<2>>(reference.model).analysis.projection.kept == 1.0);
+}
+
 TEST_CASE("a beta above 0.5 is for projections alone") {
   CHECK(says(refusal({.analysis = R"("mpm_scheme": "newmark", "dt": 0.01, "nsteps": 10,
                       "scheme_settings": {"beta": 0.7})",
