@@ -148,8 +148,11 @@ struct ModifiedCamClay {
     return "";
   }
 
+  /// On the line of swelling that leaves the line of normal consolidation at pc0, where the
+  /// pressure is pc0 / ocr. (CB-Geo MPM has the slopes the other way round.)
   double initial_void_ratio() const {
-    return e_ref - lambda * std::log(pc0 / ocr / p_ref) - kappa * std::log(ocr);
+    if (as_cbgeo) return e_ref - lambda * std::log(pc0 / ocr / p_ref) - kappa * std::log(ocr);
+    return e_ref - lambda * std::log(pc0 / p_ref) + kappa * std::log(ocr);
   }
 
   void initial_state(const double* stress, double* s) const {
