@@ -110,6 +110,10 @@ void write_cbgeo(const Frame& frame, const CbgeoRun& run, const std::filesystem:
     throw InputError({Problem{
         .message = "the state before the first step has no counterpart in the files of CB-Geo MPM",
         .hint = "choose a later step: --step"}});
+  if (frame.find("pore_pressure"))
+    throw InputError({Problem{
+        .message = "the particle files of CB-Geo MPM have no liquid in pores: it would be lost",
+        .hint = "write csv or vtu, or go on with --restart"}});
   check_consistent(frame);
   const Columns columns(frame, run);
   write_cbgeo_table(file, frame.size(), [&](Index first, Index n) {

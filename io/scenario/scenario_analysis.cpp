@@ -116,7 +116,8 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.patch_particles = get_integer(*analysis, "patch_particles").value_or(a.patch_particles);
   a.split_steps = get_integer(*analysis, "split_steps").value_or(a.split_steps);
   if (const JsonValue* steps = analysis->find("nload_balance_steps"))
-    in_.warning(*steps, "'nload_balance_steps' has no effect on one rank");
+    in_.warning(*steps, "'nload_balance_steps' has no effect",
+                "work moves between ranks by itself, where that pays");
 }
 
 template <int Dim>

@@ -139,6 +139,10 @@ void ScenarioBuilder<Dim>::warn_of_steep_friction() {
     const JsonValue* value = e.entry->is<JsonValue::Object>() ? e.entry->find("friction") : nullptr;
     if (largest > most) warn(value ? *value : *e.entry, largest, !value);
   }
+  for (const JsonValue* entry : get_list(root_, "rigid_bodies"))
+    if (const JsonValue* value = entry->find("friction");
+        value && value->is_number() && value->number() > most)
+      warn(*value, value->number(), false);
   const JsonValue* contact = section("analysis").find("contact");
   if (model_.analysis.contact.friction > most && contact)
     warn(*contact->find("friction"), model_.analysis.contact.friction, false);

@@ -88,8 +88,9 @@ void ScenarioBuilder<Dim>::warn_of_stillness() {
   bool all = true;  // directions
   for (int d = 0; d < Dim; ++d) {
     const auto& held = entries_of<NodeVelocity>(model_);
-    const auto count =
-        std::count_if(held.begin(), held.end(), [d](const NodeVelocity& v) { return v.dir == d; });
+    const auto count = std::count_if(held.begin(), held.end(), [d](const NodeVelocity& v) {
+      return v.dir == d && v.velocity == 0;
+    });
     all = team_.sum(static_cast<Index>(count)) == nodes && all;
   }
   if (all && boundary().find("velocity_constraints"))

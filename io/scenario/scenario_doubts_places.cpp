@@ -118,6 +118,15 @@ void ScenarioBuilder<Dim>::warn_of_walls() {
     }
   }
   own_nodes_ = {};
+  const auto& friction = entries_of<NodeFriction>(model_);
+  const bool pulls = std::any_of(friction.begin(), friction.end(), [](const NodeFriction& f) {
+    return f.two_sided && f.friction > 0;
+  });
+  if (team_.any(pulls) && in_.cbgeo_defaults && !model_.analysis.as_cbgeo)
+    in_.warning(*friction_entries_.front().entry,
+                "two-sided friction, as in CB-Geo MPM, slows what slides by more than the "
+                "coefficient says, and stiff material by much more",
+                "set \"two_sided\": false for Coulomb's friction");
 }
 
 // A wall at the border of the mesh bounds what is in the mesh; for others particles near them tell.

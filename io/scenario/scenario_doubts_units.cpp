@@ -29,6 +29,7 @@ void ScenarioBuilder<Dim>::warn_of_units() {
   constexpr double lightest = 30;    // [kg/m^3] of soils, rocks, metals, liquids; foams have more
   constexpr double heaviest = 3e4;   // [kg/m^3] osmium has 22600
   constexpr double stiffest = 2e12;  // [Pa] diamond has 1.2e12
+  constexpr double lightest_grains = 2000;  // [kg/m^3] those of minerals have 2300 and more
   const double g = model_.gravity.norm();
   const JsonValue* gravity = section("external_loading_conditions").find("gravity");
   if (gravity && is_about(g, 1e3 * earth))
@@ -48,10 +49,24 @@ void ScenarioBuilder<Dim>::warn_of_units() {
     if (material.density < lightest || material.density > heaviest)
       warn("density", material.density,
            "densities are in kg/m^3: water has 1000, soil about 1500 to 2700");
+    const auto grains = get_number(*materials[m], "density");
+    if (grains && material.liquid && *grains < lightest_grains)
+      in_.warning(
+          *materials[m]->find("density"),
+          fmt::format("grains of the material '{}' have 'density' {:g}, less than minerals",
+                      material.name, *grains),
+          "with a liquid in the pores this is the density of the grains, about 2650 kg/m^3");
     for (const std::string_view key : {"youngs_modulus", "bulk_modulus"})
       if (const auto value = get_number(*materials[m], key); value && *value > stiffest)
         warn(key, *value, "moduli are in Pa: steel has 2.1e11, soil about 1e6 to 1e9");
   }
+  for (const JsonValue* body : get_list(root_, "rigid_bodies"))
+    if (const auto density = get_number(*body, "density");
+        density && (*density < lightest || *density > heaviest))
+      in_.warning(
+          *body->find("density"),
+          fmt::format("a rigid body has 'density' {:g}, which nothing has in SI units", *density),
+          "densities are in kg/m^3: rock has about 2600, steel 7800");
 }
 
 // A body is a generator. What bounds it or lies below it is looked for in the box around it and

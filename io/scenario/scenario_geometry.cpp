@@ -140,7 +140,9 @@ std::shared_ptr<const Surface<Dim>> ScenarioBuilder<Dim>::surface_named(
     return nullptr;
   }
   std::vector<std::string> names;
-  for (const auto& [known, offset, value] : all.as<JsonValue::Object>()) {
+  static const JsonValue::Object none;
+  const auto& entries = all.is<JsonValue::Object>() ? all.as<JsonValue::Object>() : none;
+  for (const auto& [known, offset, value] : entries) {
     names.push_back(known);
     if (known != wanted) continue;
     build_shape(known, value, users);
@@ -151,7 +153,8 @@ std::shared_ptr<const Surface<Dim>> ScenarioBuilder<Dim>::surface_named(
     return geometry.surface;
   }
   in_.error(name, fmt::format("there is no geometry named '{}'", wanted),
-            suggest(wanted, names, "geometries"));
+            names.empty() ? "name surfaces, solids and polygons under \"geometry\""
+                          : suggest(wanted, names, "geometries"));
   return nullptr;
 }
 

@@ -16,13 +16,30 @@ namespace lahar {
 
 namespace {
 
-/// 1 - sin(phi) (Jaky 1944); nothing for laws without a friction angle.
-std::optional<double> jaky(const Law& law) {
+/// sin(phi); nothing for laws without a friction angle.
+std::optional<double> sine_of_friction(const Law& law) {
   double friction = -1;
   if (const auto* one = std::get_if<MohrCoulomb>(&law)) friction = one->friction;
   if (const auto* one = std::get_if<DruckerPrager>(&law)) friction = one->friction;
   if (friction < 0) return std::nullopt;
-  return 1.0 - std::sin(friction * std::numbers::pi / 180.0);
+  return std::sin(friction * std::numbers::pi / 180.0);
+}
+
+/// 1 - sin(phi) (Jaky 1944).
+std::optional<double> jaky(const Law& law) {
+  const auto sine = sine_of_friction(law);
+  return sine ? std::optional(1.0 - *sine) : std::nullopt;
+}
+
+/// The least and the largest ratio that soil bears (Rankine 1857), with some room; of soil without
+/// cohesion. Others bear more, near to the ground.
+std::pair<double, double> rankine(const Law& law) {
+  constexpr double room = 1.05, most_of_any = 5;
+  const auto sine = sine_of_friction(law);
+  const auto* soil = std::get_if<MohrCoulomb>(&law);
+  if (!sine || !soil || soil->cohesion > 0 || *sine == 0) return {0, most_of_any};
+  const double active = (1 - *sine) / (1 + *sine);
+  return {active / room, room / active};
 }
 
 }  // namespace
@@ -31,7 +48,15 @@ std::optional<double> jaky(const Law& law) {
 template <int Dim>
 double ScenarioBuilder<Dim>::k0_of(const Material& material, const JsonValue& given) {
   if (shear_wave_modulus(material.law) == 0) return 1.0;  // a fluid
-  if (const auto number = get_number(given, "k0")) return *number;
+  if (const auto number = get_number(given, "k0")) {
+    const auto [least, most] = rankine(material.law);
+    if (*number < least || *number > most)
+      in_.warning(*given.find("k0"),
+                  fmt::format("'k0' is {:g}, which the material {} does not bear: {:.2g} to {:.2g}",
+                              *number, material.name, least, most),
+                  "K0 is horizontal over vertical effective stress, about 1 - sin(friction)");
+    return *number;
+  }
   if (get_text(given, "k0")) {
     if (const auto k0 = jaky(material.law)) return *k0;
     in_.error(*given.find("k0"),

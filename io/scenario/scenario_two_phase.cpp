@@ -162,7 +162,8 @@ void ScenarioBuilder<Dim>::check_two_phase() {
                             [](const NodePressure& p) { return p.pressure != 0.0; })))
     in_.error(*boundary().find("pressure_constraints"),
               "a pressure other than 0 is not supported yet: nothing holds it against the water",
-              "give the pressure of water outside as a traction with \"phase\": \"liquid\"");
+              "give the pressure p of water outside as two tractions: p on the mixture, and with "
+              "\"phase\": \"liquid\" p times the porosity");
   if (has_filter(a.transfer))
     refuse(analysis.find("velocity_update"), "a velocity transfer of an order above 1",
            "use \"flip\", \"pic\", \"apic\" or \"tpic\"");

@@ -587,8 +587,7 @@ const Section& analysis_section() {
            .native = true},
           {.key = "nload_balance_steps",
            .kinds = integer,
-           .help = "steps between load balances; "
-                   "no effect on one rank",
+           .help = "without effect: work moves between ranks by itself, where that pays",
            .min = 0},
           {.key = "verbosity",
            .kinds = any,

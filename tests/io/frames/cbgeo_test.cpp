@@ -142,6 +142,17 @@ TEST_CASE("a frame before the first step has no counterpart") {
                        InputError);
 }
 
+TEST_CASE("a frame with a liquid in pores is not written as if it had none") {
+  const TemporaryFolder folder;
+  Frame frame = two_particles();
+  FrameColumn pressure = *frame.find("mass");
+  pressure.name = "pore_pressure";
+  frame.columns.push_back(pressure);
+  CHECK_THROWS_WITH_AS(write_cbgeo(frame, {}, folder.path / "x.h5"),
+                       "the particle files of CB-Geo MPM have no liquid in pores: it would be lost",
+                       InputError);
+}
+
 TEST_CASE("tables longer than a block, read from any row") {
   const TemporaryFolder folder;
   const fs::path file = folder.path / "particles1.h5";

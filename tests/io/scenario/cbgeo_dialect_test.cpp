@@ -27,6 +27,10 @@ mpm.json:8:64: warning: the name of a file is the older form of 'friction_constr
         "velocity_constraints": "v.txt", "friction_constraints": "f.txt"
                                                                  ^
   hint: it is read; CB-Geo MPM has [{"file": ...}] now
+mpm.json:8:64: warning: two-sided friction, as in CB-Geo MPM, slows what slides by more than the coefficient says, and stiff material by much more [/mesh/boundary_conditions/friction_constraints]
+        "velocity_constraints": "v.txt", "friction_constraints": "f.txt"
+                                                                 ^
+  hint: set "two_sided": false for Coulomb's friction
 )"},
     {"a file of constraints that is not there",
      {replace("mpm.json", constraints, R"("v.txt")")},

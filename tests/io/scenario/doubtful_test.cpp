@@ -63,6 +63,10 @@ mpm.json:8:32: warning: 2 of the 2 nodes of this two-sided friction wall are not
         "friction_constraints": [{"file": "friction.txt"}]
                                  ^
   hint: friction alone does not stop material: add a velocity constraint with "dir": 1, or set "two_sided": false
+mpm.json:8:32: warning: two-sided friction, as in CB-Geo MPM, slows what slides by more than the coefficient says, and stiff material by much more [/mesh/boundary_conditions/friction_constraints/0]
+        "friction_constraints": [{"file": "friction.txt"}]
+                                 ^
+  hint: set "two_sided": false for Coulomb's friction
 )"},
     {"a floor whose normal points down",
      {conditions(R"("walls": [{"nset_id": 0, "normal": [0, -1], "friction": 0.3}])")}, {}, R"(accepted
@@ -88,6 +92,10 @@ mpm.json:9:32: warning: 3 of the 3 nodes of this two-sided friction wall are not
         "friction_constraints": [{"nset_id": 0, "dir": 1, "sign_n": -1, "friction": 0.3}]
                                  ^
   hint: friction alone does not stop material: add a velocity constraint with "dir": 1, or set "two_sided": false
+mpm.json:9:32: warning: two-sided friction, as in CB-Geo MPM, slows what slides by more than the coefficient says, and stiff material by much more [/mesh/boundary_conditions/friction_constraints/0]
+        "friction_constraints": [{"nset_id": 0, "dir": 1, "sign_n": -1, "friction": 0.3}]
+                                 ^
+  hint: set "two_sided": false for Coulomb's friction
 )"},
     {"nothing below the material",
      {conditions(R"("velocity_constraints": [{"nset_id": 0, "dir": 0, "velocity": 0}])")}, {}, R"(accepted

@@ -525,7 +525,7 @@ TEST_CASE("keys that the reference ignores, and keys without effect, are warned 
   REQUIRE(s.warnings.size() == 3);
   CHECK(s.warnings[0].message == "'tolerance' is ignored in a material");
   CHECK(s.warnings[1].message == "'porosity' has no effect without a liquid in the pores");
-  CHECK(s.warnings[2].message == "'nload_balance_steps' has no effect on one rank");
+  CHECK(s.warnings[2].message == "'nload_balance_steps' has no effect");
 }
 
 TEST_CASE("the text of a problem looks like a compiler's") {
