@@ -31,7 +31,8 @@ class RigidMotion {
   /// Bodies are where they begin; nothing has touched them.
   void begin(Step first);
   /// Before begin(): bodies that another run had, too, by name, are where it ended. Free ones keep
-  /// their velocity, and what particles do to them. Throws InputError where others are in the way of particles. Collective.
+  /// their velocity, and what particles do to them. Throws InputError where others are in the way
+  /// of particles. Collective.
   void take_over(const std::vector<RigidBodyState>& bodies, const PatchSet<Dim>& patches,
                  const Communicator& ranks);
   /// Bodies as a state has them, which goes on with `step`.
@@ -63,7 +64,7 @@ class RigidMotion {
   RigidCollisions<Dim> collisions_;
   PerStep<std::vector<Placement<Dim>>> after_;
   PerStep<std::vector<Reaction>> reactions_;  ///< at the beginning of the step
-  std::vector<Reaction> taken_;  ///< reactions with which a run begins; empty = none
+  std::vector<Reaction> taken_;               ///< reactions with which a run begins; empty = none
   std::vector<Index> elements_;
 };
 

@@ -142,7 +142,7 @@ Json bodies_of(Choices& choices, const Outline& outline, GeneratedCase& made, Js
 Json rigid_bodies_of(Choices& choices, const Outline& outline) {
   Json all = Json::array();
   const bool fits = outline.scheme != "usl" && !outline.second_order && !outline.cbgeo &&
-                    outline.plane == "strain" && !outline.pores;
+                    outline.plane != "stress" && !outline.pores;
   if (!fits || !choices.chance("rigid", 30)) return all;
   const int up = outline.dim - 1;
   const auto at = [&](double share, double cells) {  // share of the extent along all but the last
@@ -160,7 +160,6 @@ Json rigid_bodies_of(Choices& choices, const Outline& outline) {
   all.push_back({{"region", {{"half_space", {{"point", at(0, 0.3)}, {"normal", along_last(1)}}}}},
                  {"friction", friction}});
   if (outline.shapes && choices.chance("rigid.bed", 60)) all[0]["region"] = {{"below", "bed"}};
-  if (outline.stages) return all;  // bodies that move are not for stages
   if (choices.chance("rigid.free", 60))
     all.push_back(
         {{"region", {{"sphere", {{"centre", at(0.5, 0.65)}, {"radius", 0.3 * outline.h.back()}}}}},

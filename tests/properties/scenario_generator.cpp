@@ -141,10 +141,16 @@ GeneratedCase generate_case(Choices& choices) {
   add_gauges(choices, outline, stable_step(outline), scenario["post_processing"], sets);
   if (const Json shapes = geometry_of(choices, outline, made); !shapes.empty())
     scenario["geometry"] = shapes;
-  if (const Json stages = stages_of(choices, outline, made, materials); !stages.empty())
-    scenario["stages"] = stages;
-  if (const Json bodies = rigid_bodies_of(choices, outline); !bodies.empty())
+  Json stages = stages_of(choices, outline, made, materials);
+  if (Json bodies = rigid_bodies_of(choices, outline); !bodies.empty()) {
     scenario["rigid_bodies"] = bodies;
+    for (std::size_t k = 1; k < stages.size() && bodies.size() > 1; ++k) {
+      if (!choices.chance(fmt::format("stages.{}.body_goes", k), 40)) continue;
+      bodies.erase(bodies.size() - 1);
+      stages[k]["rigid_bodies"] = bodies;
+    }
+  }
+  if (!stages.empty()) scenario["stages"] = stages;
   if (!sets.empty()) scenario["sets"] = sets;
   made.text = scenario.dump(1);
   return made;
