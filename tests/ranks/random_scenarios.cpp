@@ -285,7 +285,7 @@ TEST_CASE("random scenarios give on several ranks the bits of one, interrupted o
       .command = fmt::format("mpirun -n {} build/release/tests/test_ranks -tc='random scenarios*'",
                              ranks.size())};
   // Seven ranks share two cores as a rule.
-  const int count = ranks.size() > 4 ? 15 : 40;
+  const int count = ranks.size() > 4 ? 8 : 40;
   const Tally tally = try_cases(
       {.first = 1000 * static_cast<std::uint64_t>(ranks.size()), .count = count}, check, speaker);
   if (ranks.rank() != 0) return;
