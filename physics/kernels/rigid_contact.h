@@ -26,8 +26,8 @@
 /// 2/3 (c dt)^2 / h with the speed of waves c.
 ///
 /// Particles of axisymmetric models are rings: V / 2 pi r is in place of V, and A is 2 pi r times
-/// the length of the section. The reaction along r is the sum around the circle, and there is no
-/// torque.
+/// the length of the section. The reaction along r is the sum over the circle. Couples of a ring
+/// cancel: bodies get no torque.
 ///
 /// A particle whose centre would come to lie inside of a body is put on its surface, and its reach
 /// grows by as much (keep_outside()): forces, momentum and the energy of springs do not change.
