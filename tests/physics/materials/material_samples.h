@@ -28,7 +28,7 @@ inline std::vector<Law> sample_laws() {
   clay.youngs_modulus = 1e7;
   clay.poisson_ratio = 0.3;
   clay.p_ref = 1e5;
-  clay.e_ref = 1.12;
+  clay.e_ref = 1.1362;
   clay.pc0 = 1.5e4;
   clay.ocr = 1.5;
   clay.m = 1.2;
