@@ -219,7 +219,8 @@ class ScenarioBuilder {
   void weigh(const JsonValue& entry, RigidBody<Dim>& body);
   void turn_around_axis(const JsonValue& entry, RigidBody<Dim>& body);
   Vec<Dim> centre_of(const SolidMoments<Dim>& moments) const;  ///< on the axis, if there is one
-  void check_rigid_bodies();  ///< after the analysis and the particles; collective
+  bool prescribes_pressure();  ///< other than 0, at nodes; collective
+  void check_rigid_bodies();   ///< after the analysis and the particles; collective
   void check_overlap_of_bodies();
   void find_reaches();
   // scenario_contact.cpp

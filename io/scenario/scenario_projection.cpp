@@ -108,10 +108,7 @@ void ScenarioBuilder<Dim>::choose_kept_pressure() {
   std::optional<double> kept;
   if (given && given->is<JsonValue::Object>()) kept = get_number(*given, "beta");
   a.projection.kept = kept.value_or(a.two_phase || a.as_cbgeo ? 1.0 : 0.0);
-  const auto& pressures = entries_of<NodePressure>(model_);
-  if (a.projection.kept > 0 &&
-      team_.any(std::any_of(pressures.begin(), pressures.end(),
-                            [](const NodePressure& p) { return p.pressure != 0.0; })))
+  if (a.projection.kept > 0 && prescribes_pressure())
     in_.error(*boundary().find("pressure_constraints"),
               fmt::format("a pressure other than 0 does not go together with a 'beta' of {:g}: "
                           "nothing holds the pressure that is kept against it",

@@ -138,6 +138,13 @@ void ScenarioBuilder<Dim>::check_phases() {
   a.pore_pressure_smoothing = get_bool(analysis, "pore_pressure_smoothing").value_or(false);
 }
 
+template <int Dim>
+bool ScenarioBuilder<Dim>::prescribes_pressure() {
+  const auto& all = entries_of<NodePressure>(model_);
+  return team_.any(
+      std::any_of(all.begin(), all.end(), [](const NodePressure& p) { return p.pressure != 0.0; }));
+}
+
 // What a liquid in pores does not go together with.
 template <int Dim>
 void ScenarioBuilder<Dim>::check_two_phase() {
@@ -156,10 +163,7 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   if (a.contact.bodies > 1) refuse(root_.find("interface"), "contact between bodies", "");
   if (a.takes_means)
     refuse(&boundary(), "an absorbing boundary or a spring", "put the boundary further away");
-  const auto& pressures = entries_of<NodePressure>(model_);
-  if (!is_projection(a) &&
-      team_.any(std::any_of(pressures.begin(), pressures.end(),
-                            [](const NodePressure& p) { return p.pressure != 0.0; })))
+  if (!is_projection(a) && prescribes_pressure())
     in_.error(*boundary().find("pressure_constraints"),
               "a pressure other than 0 is not supported yet: nothing holds it against the water",
               "give the pressure p of water outside as two tractions: p on the mixture, and with "

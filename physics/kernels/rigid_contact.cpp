@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "physics/base/pack_bits.h"
 #include "physics/basis/any_basis.h"
@@ -30,7 +29,6 @@ struct Touching {
   double depth;               ///< [m] of the model there: depth_at()
   double area, reach;         ///< [m^2] of its surface, [m]
   double stiffness, damping;  ///< k, c
-  bool is_ring;               ///< of an axisymmetric model
 };
 
 /// What contact does to a particle.
@@ -143,10 +141,7 @@ void touch(const Touching<Dim>& p, const Bodies<Dim>& bodies, std::size_t k,
   const Vec<Dim> force = push * near.normal + shear + drag;
   all.force += force;
   all.couple += push * std::max(0.0, near.distance) * near.normal * near.normal.transpose();
-  if (!reactions) return;
-  // Around an axis, couples of rings cancel.
-  const Vec<Dim> arm = p.is_ring ? Vec<Dim>::Zero() : Vec<Dim>(p.x - bodies.at(k).origin);
-  (*reactions)[k].template add<Dim>(-force, arm);
+  if (reactions) (*reactions)[k].template add<Dim>(-force, p.x - bodies.at(k).origin);
 }
 
 template <int Dim>
@@ -188,7 +183,7 @@ double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<
 /// What the particles of a bin have in common.
 struct ContactBin {
   double density, modulus, h;  ///< [kg/m^3], [Pa], [m]
-  bool rings;                  ///< of an axisymmetric model
+  const Analysis& analysis;
 };
 
 template <int Dim>
@@ -198,7 +193,7 @@ ContactBin contact_bin(const Patch<Dim>& patch, const StepContext<Dim>& step,
   return {.density = material.density,
           .modulus = material.density * std::pow(wave_speed(material), 2),
           .h = patch.cell_size[static_cast<std::size_t>(bin.cell)],
-          .rings = step.model->analysis.plane == Plane::axisymmetric};
+          .analysis = step.model->analysis};
 }
 
 /// The surface by which a particle touches [m^(Dim - 1)]. A particle whose volume a surface has cut
@@ -215,8 +210,7 @@ void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bi
            const Bodies<Dim>& bodies) {
   at.x = get<Dim>(rows.x, p);
   at.mass = rows.mass[p];
-  at.is_ring = bin.rings;
-  at.depth = bin.rings ? 2 * std::numbers::pi * at.x[0] : 1.0;
+  at.depth = depth_at(bin.analysis, at.x[0]);
   double& reach = rows.reach[p];
   if (!(reach > 0)) reach = first_reach(reach, at.x, at.mass / (bin.density * at.depth), bodies);
   at.reach = reach;
@@ -436,9 +430,11 @@ void keep_outside(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 
 template <int Dim>
 void end_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const bool rings = step.model->analysis.plane == Plane::axisymmetric;
   for (std::size_t k = 0; k < patch.reactions.size(); ++k) {
     const Placement<Dim>& at = patch.placements[k];
-    double power = 0;  // of the body, on particles
+    if (rings) patch.reactions[k].torque = {};  // couples of a ring cancel
+    double power = 0;                           // of the body, on particles
     for (std::size_t d = 0; d < 3; ++d) {
       if (d < Dim) power -= patch.reactions[k].force[d] * at.velocity[static_cast<int>(d)];
       power -= patch.reactions[k].torque[d] * at.spin[static_cast<int>(d)];
