@@ -6,6 +6,7 @@
 
 #include "io/base/text.h"
 #include "io/scenario/scenario_builder.h"
+#include "physics/model/body_overlap.h"
 
 namespace lahar {
 
@@ -25,12 +26,6 @@ template <int Dim>
 bool has_end(const Solid<Dim>& solid) {
   const auto [low, high] = solid.bounds();
   return low.allFinite() && high.allFinite();
-}
-
-template <int Dim>
-std::string place(const Vec<Dim>& x) {
-  return Dim == 2 ? fmt::format("({:.6g}, {:.6g})", x[0], x[1])
-                  : fmt::format("({:.6g}, {:.6g}, {:.6g})", x[0], x[1], x[Dim - 1]);
 }
 
 }  // namespace
@@ -228,38 +223,27 @@ void ScenarioBuilder<Dim>::find_reaches() {
 /// No particle may begin inside of a body: the force that pushed it out would be large.
 template <int Dim>
 void ScenarioBuilder<Dim>::check_overlap_of_bodies() {
-  const double most = 1e-3 * outer_cell().minCoeff();
+  using Overlap = BodyOverlap<Dim>;
+  const double least = Overlap::least_share * outer_cell().minCoeff();
   const auto entries = get_list(root_, "rigid_bodies");
   const std::size_t n = model_.rigid_bodies.size();
-  std::vector<double> deepest(n, most);  // of this member
-  std::vector<Index> count(n, 0);
-  std::vector<Vec<Dim>> where(n, Vec<Dim>::Zero());
+  std::vector<Overlap> own(n);  // of this member
   for (const Vec<Dim>& x : model_.particles.x)
     for (std::size_t k = 0; k < n; ++k) {
       const double depth = -model_.rigid_bodies[k].solid->nearest(x).distance;
-      if (!(depth > most)) continue;
-      ++count[k];
-      if (depth > deepest[k]) deepest[k] = depth, where[k] = x;
+      if (depth > least) own[k].add(x, depth);
     }
+  std::vector<Overlap> of_all(n);
+  for (const auto& part : team_.gather(own))
+    for (std::size_t k = 0; k < n; ++k) of_all[k].add(part[k]);
   for (std::size_t k = 0; k < n; ++k) {
-    const Index all = team_.sum(count[k]);
-    if (all == 0) continue;
-    // Of all members, the deepest; of equals, the first.
-    struct Deep {
-      double depth;
-      std::array<double, static_cast<std::size_t>(Dim)> x;
-    };
-    Deep own{deepest[k], {}};
-    std::copy_n(where[k].data(), Dim, own.x.begin());
-    Deep worst{0, {}};
-    for (const auto& part : team_.gather(std::vector<Deep>{own}))
-      for (const Deep& d : part)
-        if (d.depth > worst.depth) worst = d;
+    const Overlap& all = of_all[k];
+    if (all.count == 0) continue;
     in_.error(*entries[k]->find("region"),
               fmt::format("{} particles begin inside of the rigid body '{}', up to {:.3g} m deep "
-                          "at {}",
-                          format_count(all), model_.rigid_bodies[k].name, worst.depth,
-                          place<Dim>(Vec<Dim>(worst.x.data()))),
+                          "at ({:.6g})",
+                          format_count(all.count), model_.rigid_bodies[k].name, all.depth,
+                          fmt::join(all.x, ", ")),
               "take the body out of the region of the particles, for example with \"difference\"");
   }
 }

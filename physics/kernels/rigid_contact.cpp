@@ -77,22 +77,6 @@ NearestPack<Dim> find_nearest(const TouchingPack<Dim>& at, unsigned bits, const 
   return near;
 }
 
-/// How far particles may get in an explicit step [m]: twice as far as the fastest node. Functions
-/// are weights but for those of elements, which are negative in places.
-template <int Dim>
-double longest_move(const Patch<Dim>& patch, double dt) {
-  NodeVector most(0.0);
-  for (const NodeRange& range : patch.active_nodes)
-    for (Local i = range.begin; i < range.end; ++i) {
-      const auto v =
-          load<NodeVector>(patch.velocity.data() + static_cast<std::ptrdiff_t>(i) * node_width);
-      most = max(most, v * v);
-    }
-  double square = 0;
-  for (int d = 0; d < Dim; ++d) square += most[d];
-  return (patch.basis == BasisKind::element ? 8.0 : 2.0) * dt * std::sqrt(square);
-}
-
 /// Which of the particles whose bits are set are further from all bodies than they get in a step.
 template <int Dim>
 unsigned which_are_away(const TouchingPack<Dim>& at, unsigned bits, const Bodies<Dim>& bodies,
@@ -286,8 +270,6 @@ void begin_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
   });
   const std::size_t cells = patch.topology.cells.size();
   if (moving || patch.near_bodies.size() != cells) patch.near_bodies.assign(cells, Near::unknown);
-  patch.longest_move = is_implicit(step.model->analysis) ? std::numeric_limits<double>::infinity()
-                                                         : longest_move(patch, step.dt);
 }
 
 template <int Dim>
@@ -308,8 +290,7 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
             begin(at[lane], rows, common, first + static_cast<Local>(lane), bodies);
           });
           const unsigned touched = not_zero(rows.force, first, bin.end);
-          const unsigned near = all & ~which_are_away(at, all & ~touched, bodies,
-                                                      std::min(0.5 * common.h, patch.longest_move));
+          const unsigned near = all & ~which_are_away(at, all & ~touched, bodies, 0.5 * common.h);
           if (near == 0) continue;
           Pack sum[2][Dim];
           general::interpolate<Dim, 2, Pack>(basis, first, fields, nodes, sum);

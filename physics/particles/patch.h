@@ -273,7 +273,6 @@ struct Patch {
   std::vector<Near> near_bodies;
   std::vector<Placement<Dim>> placements;  ///< of rigid bodies at the end of the step
   std::vector<Reaction> reactions;         ///< of particles on them, there
-  double longest_move = 0;                 ///< [m] of particles in this step, a bound
 
   /// A node at which a gauge measures what holds it (node_supports.h).
   struct MeasuredNode {

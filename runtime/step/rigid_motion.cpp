@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "io/base/text.h"
+#include "physics/model/body_overlap.h"
 #include "physics/particles/loads.h"
 
 namespace lahar {
@@ -125,35 +126,24 @@ void RigidMotion<Dim>::begin(Step first) {
 template <int Dim>
 void RigidMotion<Dim>::need_room(const RigidBody<Dim>& body, const PatchSet<Dim>& patches,
                                  const Communicator& ranks) const {
-  constexpr double share_of_cell = 1e-3;
-  struct Deep {
-    double depth = 0;
-    std::array<double, Dim> x{};
-    Index count = 0;
-  } own;
+  using Overlap = BodyOverlap<Dim>;
+  Overlap own, all;
   for (int i = 0; i < patches.size(); ++i) {
     const Patch<Dim>& patch = patches[i];
     patch.for_each_particle([&](Local p) {
       Vec<Dim> x;
       for (int d = 0; d < Dim; ++d) x[d] = patch.particles.row(Column::x, d)[p];
       const double depth = -body.solid->nearest(x).distance;
-      if (!(depth > share_of_cell * patch.smallest_cell)) return;
-      ++own.count;
-      if (depth > own.depth) own.depth = depth, std::copy_n(x.data(), Dim, own.x.begin());
+      if (depth > Overlap::least_share * patch.smallest_cell) own.add(x, depth);
     });
   }
-  Deep all;
-  for (const Deep& of_rank : ranks.gather_all<Deep>(std::span(&own, 1))) {
-    all.count += of_rank.count;
-    if (of_rank.depth > all.depth) all.depth = of_rank.depth, all.x = of_rank.x;
-  }
+  for (const Overlap& of_rank : ranks.gather_all<Overlap>(std::span(&own, 1))) all.add(of_rank);
   if (all.count == 0) return;
-  std::string place;
-  for (const double x : all.x) place += fmt::format("{}{:.6g}", place.empty() ? "" : ", ", x);
   throw InputError({{.where = "/rigid_bodies",
                      .message = fmt::format("{} particles are inside of the rigid body '{}' when "
-                                            "the stage begins, up to {:.3g} m deep at ({})",
-                                            format_count(all.count), body.name, all.depth, place),
+                                            "the stage begins, up to {:.3g} m deep at ({:.6g})",
+                                            format_count(all.count), body.name, all.depth,
+                                            fmt::join(all.x, ", ")),
                      .hint = "\"remove\" the particles there, or bring the body from outside"}});
 }
 
