@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/model/transfer_options.h"
+#include "physics/particles/damping_force.h"
 #include "physics/particles/node_sums.h"
 
 namespace lahar {
@@ -110,11 +111,19 @@ class NodeContact {
 
   explicit NodeContact(const Patch<Dim>& patch) : patch_(patch) {}
 
-  /// Take the meetings of one node, with nodal velocities as they are.
-  void begin(Meetings meetings) {
+  /// Take the meetings of one node, with nodal velocities as they are. What damping took from them
+  /// over `damped` [s] is given back.
+  void begin(Meetings meetings, double damped = 0.0) {
     fields_.clear();
     meetings_ = meetings;
-    for (const Meeting<Dim>& meeting : meetings) add(meeting.a), add(meeting.b);
+    for (const Meeting<Dim>& meeting : meetings)
+      for (const Local node : {meeting.a, meeting.b}) {
+        if (!add(node) || damped == 0.0) continue;
+        Field& field = fields_.back();
+        field.velocity += damped / field.mass *
+                          (field.free * Eigen::Map<const Vec<Dim>>(at(patch_.damping, node)));
+        field.before = field.velocity;
+      }
   }
 
   /// Let them meet, where they approach faster than their gap / dt. Returns whether any velocity
@@ -148,9 +157,9 @@ class NodeContact {
     return nullptr;
   }
 
-  void add(Local node) {
+  bool add(Local node) {
     const double* v = at(patch_.velocity, node);
-    if (!(v[mass_lane] > patch_.least_mass) || find(node)) return;
+    if (!(v[mass_lane] > patch_.least_mass) || find(node)) return false;
     const Vec<Dim> velocity = Eigen::Map<const Vec<Dim>>(v);
     Field field{node,
                 v[mass_lane],
@@ -175,6 +184,7 @@ class NodeContact {
         if (field.wall->fixed[static_cast<std::size_t>(k)]) hold(field, k);
     field.prescribed = velocity - field.free * velocity;
     fields_.push_back(field);
+    return true;
   }
 
   static void hold(Field& field, int axis) {
@@ -230,6 +240,27 @@ class NodeContact {
   Meetings meetings_;
 };
 
+/// The damping force on a body that met others, of what contact left out of balance. It stops the
+/// body at most, which contact has stopped, too. `start` is the velocity before the step.
+template <int Dim>
+Vec<Dim> damping_with_contact(const Analysis& analysis, double dt,
+                              const typename NodeContact<Dim>::Field& field,
+                              const Vec<Dim>& start) {
+  double velocity[node_width] = {}, net[node_width] = {}, against[node_width];
+  velocity[mass_lane] = field.mass;
+  for (int d = 0; d < Dim; ++d) {
+    velocity[d] = start[d];
+    net[d] = field.mass / dt * (field.velocity[d] - start[d]);
+  }
+  store(damping_force(analysis, dt, load<NodeVector>(velocity), load<NodeVector>(net)), against);
+  for (int d = 0; d < Dim; ++d) {
+    const double most = field.mass / dt * std::abs(field.velocity[d]);
+    const bool onwards = field.velocity[d] * against[d] > 0.0;
+    against[d] = onwards ? std::copysign(std::min(std::abs(against[d]), most), against[d]) : 0.0;
+  }
+  return field.free * Eigen::Map<const Vec<Dim>>(against);
+}
+
 /// Call body(meetings) with those of each node.
 template <int Dim, class Body>
 void for_each_meeting_place(Patch<Dim>& patch, Body body) {
@@ -252,16 +283,17 @@ template <int Dim>
 void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Dim>& gravity) {
   patch.contact.touched.clear();
   if (patch.contact.meetings.empty()) return;
+  const Analysis& analysis = step.model->analysis;
   const double dt = step.dt;
+  const bool again = damps_net_force(analysis);
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
   NodeContact<Dim> contact(patch);
   for_each_meeting_place(patch, [&](std::span<Meeting<Dim>> meetings) {
-    contact.begin(meetings);
-    if (!contact.meet(dt, step.model->analysis.contact.friction)) return;
+    contact.begin(meetings, again ? dt : 0.0);
+    if (!contact.meet(dt, analysis.contact.friction)) return;
     // All work is taken with the mean velocity of the step, which contact has changed.
     for (const auto& field : contact.fields()) {
       const double own_mass = own[static_cast<std::ptrdiff_t>(field.node) * sum_stride];
-      const Vec<Dim> change = field.change();
       auto v = vector_at<Dim>(patch.velocity, field.node),
            a = vector_at<Dim>(patch.acceleration, field.node);
       const Vec<Dim> start = v - dt * a;
@@ -270,20 +302,30 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
       patch.work.external += paid;
       patch.work.damping += paid;
       patch.work.friction += share.dot(field.against_friction);
-      v = field.velocity;
-      a += change / dt;
+      Vec<Dim> now = field.velocity;
+      if (again) {
+        auto damping = vector_at<Dim>(patch.damping, field.node);
+        const Vec<Dim> anew = damping_with_contact(analysis, dt, field, start);
+        now -= dt / field.mass * anew;
+        patch.work.damping +=
+            0.5 * dt * own_mass / field.mass * (anew.dot(start + now) - damping.dot(start + v));
+        damping = anew;
+      }
+      const Vec<Dim> change = field.change(), all = again ? Vec<Dim>(now - v) : change;
+      v = now;
+      a += all / dt;
       patch.contact.touched.push_back({field.node, {start, change, v}, field.rubbed});
       patch.work.damping -= own_mass * change.dot(0.5 * (start + v));
       patch.work.friction -= own_mass * field.rubbed.dot(0.5 * (start + v));
-      patch.work.external += 0.5 * dt * own_mass * gravity.dot(change);
-      if (step.model->analysis.damping > 0.0)
+      patch.work.external += 0.5 * dt * own_mass * gravity.dot(all);
+      if (analysis.damping > 0.0 && !again)
         patch.work.damping += 0.5 * dt * own_mass / field.mass *
                               vector_at<Dim>(patch.damping, field.node).dot(change);
       if (field.wall)
         patch.work.damping -=
             0.5 * own_mass *
             patch.contact.wall_change[static_cast<std::size_t>(field.wall - patch.walls.data())]
-                .dot(change);
+                .dot(all);
     }
   });
 }

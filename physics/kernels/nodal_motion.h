@@ -1,8 +1,6 @@
 /// \file What the nodes of a body and of the liquid in its pores do alike, each with their arrays.
 #pragma once
 
-#include <cmath>
-
 #include "physics/particles/node_sums.h"
 
 namespace lahar {
@@ -35,22 +33,6 @@ void take_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step, NodeSu
                   double* v = at(velocity, i);
                   store(velocity_of(patch, sum, load<NodeVector>(v)), v);
                 });
-}
-
-/// The force against the velocity in {v, m}, without a mass lane. Cundall's is alpha |f_d|
-/// sign(v_d), with Analysis::damping_as_cbgeo |f| in place of |f_d|. The viscous one is alpha m v
-/// in the mean over a step in which it acts alone: v becomes v exp(-alpha dt), whatever the step.
-LAHAR_INLINE NodeVector damping_force(const Analysis& analysis, double dt, const NodeVector& v,
-                                      const NodeVector& force) {
-  const NodeVector zero(0.0);
-  if (analysis.viscous_damping)
-    return with_mass((-std::expm1(-analysis.damping * dt) / dt * v[mass_lane]) * v, zero);
-  const NodeVector squares = force * force;
-  const NodeVector size =
-      analysis.damping_as_cbgeo ? NodeVector(std::sqrt(reduce(squares))) : max(force, zero - force);
-  const NodeVector against = analysis.damping * size;
-  const auto signed_force = v.v > zero.v ? against.v : v.v < zero.v ? -against.v : zero.v;
-  return with_mass(NodeVector::of(signed_force), zero);
 }
 
 /// What a velocity transfer takes that does not blend is what nodes got in the step, counted here,

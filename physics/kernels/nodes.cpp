@@ -12,6 +12,7 @@
 #include "physics/kernels/timed_velocities.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/kernels/velocity_transfer.h"
+#include "physics/particles/damping_force.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_place.h"
 #include "physics/particles/node_sums.h"
@@ -332,10 +333,13 @@ class Integrator {
   /// The damping force at node i, {v, m}, of what is out of balance there, along directions that
   /// nothing prescribes: it would only change the force that holds them.
   [[gnu::noinline]] NodeVector damping(Local i, const NodeVector& v, NodeVector force) {
-    if (two_phase_ && !step_.model->analysis.explicit_drag)
-      force += drag_at_beginning(patch_, i, v);
+    const Analysis& analysis = step_.model->analysis;
+    if (two_phase_ && !analysis.explicit_drag) force += drag_at_beginning(patch_, i, v);
     double against[node_width];
-    store(damping_force(step_.model->analysis, step_.dt, v, force), against);
+    if (i >= next_wall() && !analysis.damping_as_cbgeo && is_at_wall(i))
+      store(damping_at_wall(i, v, force), against);
+    else
+      store(damping_force(analysis, step_.dt, v, force), against);
     while (fixed_ != patch_.fixed.end() && fixed_->node < i) ++fixed_;  // not active
     for (; fixed_ != patch_.fixed.end() && fixed_->node == i; ++fixed_) against[fixed_->dir] = 0.0;
     while (driven_ != patch_.driven.end() && driven_->node < i) ++driven_;
@@ -343,6 +347,33 @@ class Integrator {
       for (std::size_t d = 0; d < Dim; ++d)
         if (driven_->driven[d]) against[d] = 0.0;
     return load<NodeVector>(against);
+  }
+
+  /// The same at the present wall, by its axes: the wall's reaction and friction are part of what
+  /// is in balance. Else damping would hold what friction does not.
+  NodeVector damping_at_wall(Local i, const NodeVector& v, const NodeVector& force) {
+    double velocity[node_width], acceleration[node_width], against[node_width];
+    store(v, velocity);
+    store(NodeVector(force * NodeVector(1.0 / v[mass_lane])), acceleration);
+    WallPush<Dim> push;
+    meet_wall(i, velocity, acceleration, &push);
+    const auto& axes = wall_->axes;
+    const NodeVector net = load<NodeVector>(acceleration) * v[mass_lane];
+    store(damping_force(step_.model->analysis, step_.dt, turned(axes.transpose(), v),
+                        turned(axes.transpose(), net)),
+          against);
+    for (std::size_t k = 0; k < Dim; ++k)
+      if (wall_->fixed[k] || wall_->accelerated[k] || push.pressed[k]) against[k] = 0.0;
+    return turned(axes, load<NodeVector>(against));
+  }
+
+  /// `v` by other axes; its mass stays.
+  static NodeVector turned(const Eigen::Matrix<double, Dim, Dim>& axes, const NodeVector& v) {
+    double values[node_width];
+    store(v, values);
+    Eigen::Map<Vec<Dim>> vector(values);
+    vector = (axes * vector).eval();
+    return load<NodeVector>(values);
   }
 
   double point_force(const PointForce& point) const {
@@ -426,16 +457,9 @@ class Integrator {
     double velocity[node_width], acceleration[node_width];
     store(old, velocity);
     store(a, acceleration);
-    ConstrainedNode<Dim> wall = *wall_;
-    if (step_.model->analysis.scheme == Scheme::usf)  // what nodal_velocity() took
-      Eigen::Map<Vec<Dim>>(velocity) += Eigen::Map<const Vec<Dim>>(at(patch_.acceleration, i));
-    for (std::size_t d = 0; d < Dim; ++d)
-      if (wall.accelerated[d])
-        wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
     const auto at_walls = static_cast<std::size_t>(wall_ - patch_.walls.begin());
     WallPush<Dim>* push = patch_.wall_pushes.empty() ? nullptr : &patch_.wall_pushes[at_walls];
-    const WallWork done = lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo,
-                                                 velocity, acceleration, push);
+    const WallWork done = meet_wall(i, velocity, acceleration, push);
     if (!patch_.contact.wall_change.empty())
       for (int d = 0; d < Dim; ++d)
         patch_.contact.wall_change[at_walls][d] = step_.dt * (acceleration[d] - a[d]);
@@ -444,6 +468,19 @@ class Integrator {
     patch_.work.friction += own_mass * done.friction;
     v = load<NodeVector>(velocity);
     a = load<NodeVector>(acceleration);
+  }
+
+  /// A step of node i at the present wall: velocity at its beginning, acceleration without the
+  /// wall.
+  WallWork meet_wall(Local i, double* velocity, double* acceleration, WallPush<Dim>* push) const {
+    if (step_.model->analysis.scheme == Scheme::usf)  // what nodal_velocity() took
+      Eigen::Map<Vec<Dim>>(velocity) += Eigen::Map<const Vec<Dim>>(at(patch_.acceleration, i));
+    ConstrainedNode<Dim> wall = *wall_;
+    for (std::size_t d = 0; d < Dim; ++d)
+      if (wall.accelerated[d])
+        wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
+    return lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo, velocity,
+                                  acceleration, push);
   }
 
   double mean_move(Local i, int d) const {

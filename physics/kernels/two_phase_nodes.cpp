@@ -4,6 +4,7 @@
 #include "physics/kernels/timed_velocities.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/model/transfer_options.h"
+#include "physics/particles/damping_force.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_sums.h"
 

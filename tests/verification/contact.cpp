@@ -96,6 +96,29 @@ TEST_CASE("a block slides down another body as Coulomb says, or sticks to it") {
     }
 }
 
+TEST_CASE("Cundall's damping slows a block that slides down another body by its factor") {
+  const double theta = std::numbers::pi / 6;
+  for (const Scheme scheme : schemes)
+    for (const double mu : {0.0, 0.4, 0.7}) {
+      CAPTURE(static_cast<int>(scheme));
+      CAPTURE(mu);
+      Model<2> model = block_on_slab(theta, mu);
+      model.analysis.scheme = scheme;
+      model.analysis.damping = 0.3;
+      const Index slab = 2 * 16 * 4;
+      Simulation simulation(std::move(model));
+      simulation.run();
+      const HistoryRow end = simulation.history();
+      const Vec<2> v = velocity_of(State(simulation.frame()), slab);
+      const double free = 0.7 * 0.1 * g * std::sin(theta);
+      const double expected =
+          std::max(0.0, 0.7 * 0.1 * g * (std::sin(theta) - mu * std::cos(theta)));
+      CHECK(std::abs(v[0] - expected) < 0.05 * (expected > 0 ? expected : free));
+      CHECK(std::abs(v[1]) < 0.01 * free);
+      CHECK(std::abs(end.balance) < 1e-3 * 0.5 * 900 * free * free);
+    }
+}
+
 // With FLIP, nodes at which a body has hardly any mass make contact stiff: 0.5 ms, 16 % of the
 // limit, is too long a step for these (USF gains half of the energy; 0.1 ms 11 %; 0.02 ms loses 4
 // %).

@@ -93,6 +93,24 @@ TEST_CASE("a block slides down an incline as Coulomb says, by rotated axes of th
     }
 }
 
+TEST_CASE(
+    "Cundall's damping takes its share of what a wall leaves out of balance, not of its push") {
+  constexpr double theta = 30 * degree, share = 0.3;
+  const Rotation<2> turn = Eigen::Rotation2D<double>(-theta).toRotationMatrix();
+  for (const Scheme scheme : schemes)
+    for (const double mu : {0.0, 0.1, 0.4}) {
+      CAPTURE(static_cast<int>(scheme));
+      CAPTURE(mu);
+      Model<2> model = on_incline<2>(block(), turn, mu);
+      model.analysis.scheme = scheme;
+      model.analysis.damping = share;
+      const double expected = (1 - share) * 0.1 * g * (std::sin(theta) - mu * std::cos(theta));
+      const Vec<2> v = turn.transpose() * final_velocity(std::move(model));
+      CHECK(v[0] == doctest::Approx(expected).epsilon(0.02));
+      CHECK(std::abs(v[1]) < 1e-3 * expected);
+    }
+}
+
 TEST_CASE("a block sticks on an incline that is flatter than the angle of friction") {
   const double theta = 30 * degree;
   const Rotation<2> turn = Eigen::Rotation2D<double>(-theta).toRotationMatrix();

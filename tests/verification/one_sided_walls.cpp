@@ -21,8 +21,8 @@ struct Block {
   const char* scheme = "musl";
   const char* functions = "element";
   const char* update = "flip";
-  double tilt = 0;  ///< of gravity [rad]
-  double friction = mu, gravity = g, end_time = T;
+  double tilt = 0;                                               ///< of gravity [rad]
+  double friction = mu, gravity = g, end_time = T, damping = 0;  ///< damping by Cundall
   Vec<2> place{0.5, 0}, velocity{v0, 0};  ///< [m] of its lower left corner; it is 1 m by 0.5 m
 };
 
@@ -37,11 +37,12 @@ Model<2> on_floor(const Block& block) {
              "region": {{"box": {{"min": [{}, {}], "max": [{}, {}]}}}}, "velocity": [{}, {}]}}}}],
           "external_loading_conditions": {{"gravity": [{}, {}]}},
           "analysis": {{"mpm_scheme": "{}", "shape_functions": "{}", "velocity_update": "{}",
+             "damping": {{"type": "Cundall", "damping_factor": {}}},
              "time_step": {{"adaptive": true, "safety": {}}}, "end_time": {}}}}})",
       block.cell, block.friction, block.stiffness, block.place[0], block.place[1],
       block.place[0] + 1, block.place[1] + 0.5, block.velocity[0], block.velocity[1],
       block.gravity * std::sin(block.tilt), -block.gravity * std::cos(block.tilt), block.scheme,
-      block.functions, block.update, block.safety, block.end_time));
+      block.functions, block.update, block.damping, block.safety, block.end_time));
 }
 
 HistoryRow slide(const Block& block) {
@@ -84,6 +85,30 @@ TEST_CASE("a block slides on a floor with the friction that was asked for") {
   check({.functions = "quadratic_spline", .update = "apic"}, "quadratic splines, APIC");
   check({.update = "pic"}, "PIC");
   check({.tilt = 0.2}, "on an incline");
+}
+
+// The block trembles at first, of which damping takes its share, too: so the second half counts.
+TEST_CASE("Cundall's damping slows a block that slides down a floor by its factor") {
+  constexpr double tilt = 0.35;
+  const double free = std::sin(tilt) - mu * std::cos(tilt);
+  for (const char* const scheme : {"usf", "musl"})
+    for (const char* const update : {"pic", "flip"})
+      for (const double factor : {0.3, 0.7}) {
+        Block block{.scheme = scheme,
+                    .functions = "quadratic_spline",
+                    .update = update,
+                    .tilt = tilt,
+                    .end_time = 1,
+                    .damping = factor,
+                    .velocity = {0, 0}};
+        const HistoryRow end = slide(block);
+        block.end_time = 0.5;
+        const double found = (end.momentum[0] - slide(block).momentum[0]) / (0.5 * mass * g * free);
+        MESSAGE(std::string(scheme)
+                << ", " << std::string(update) << ", " << factor << ": " << found);
+        CHECK(std::abs(found - (1 - factor)) < 0.03);
+        CHECK(std::abs(end.balance) < 0.005 * end.external);
+      }
 }
 
 TEST_CASE("what friction at a wall takes is its force times the path, and stands in the history") {
