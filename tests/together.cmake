@@ -23,7 +23,6 @@ if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
 endif()
 
 set(together_script ${CMAKE_CURRENT_LIST_FILE})
-set(LAHAR_TESTS_TOGETHER 6 CACHE STRING "How many test files are compiled as one, about; 1: each alone")
 
 # lahar_tests_together(VARIABLE FILE...): what to compile in place of the files. Those that define
 # something in the program's own namespace, or include fragments, stay alone.
@@ -32,14 +31,14 @@ function(lahar_tests_together variable)
   set(rest "")
   foreach(file IN LISTS ARGN)
     file(STRINGS ${file} own REGEX "^namespace lahar|^namespace doctest|^#define|^ *#include .*\\.inc\"")
-    if(own OR LAHAR_TESTS_TOGETHER LESS_EQUAL 1)
+    if(own OR LAHAR_TOGETHER LESS_EQUAL 1)
       list(APPEND alone ${file})
     else()
       list(APPEND rest ${file})
     endif()
   endforeach()
   list(LENGTH rest count)
-  math(EXPR groups "(${count} + ${LAHAR_TESTS_TOGETHER} - 1) / ${LAHAR_TESTS_TOGETHER}")
+  math(EXPR groups "(${count} + ${LAHAR_TOGETHER} - 1) / ${LAHAR_TOGETHER}")
   # By name, so that a new file leaves the groups of others.
   foreach(file IN LISTS rest)
     file(RELATIVE_PATH name ${CMAKE_CURRENT_SOURCE_DIR} ${file})

@@ -15,7 +15,7 @@ namespace {
 constexpr int rows_at_a_time = 1 << 15;
 
 template <int Dim>
-struct NodeRow {
+struct PlacedNode {
   Index node;
   std::array<double, static_cast<std::size_t>(Dim)> x;
 };
@@ -52,7 +52,7 @@ class RowsOnTheirWay {
     if (i < lines_.n_nodes) {
       Vec<Dim> x;
       if (!read_point<Dim>(rows, x)) return false;
-      auto& row = nodes_[holder(i, lines_.n_nodes)].emplace_back(NodeRow<Dim>{i, {}});
+      auto& row = nodes_[holder(i, lines_.n_nodes)].emplace_back(PlacedNode<Dim>{i, {}});
       std::copy_n(x.data(), Dim, row.x.begin());
       return true;
     }
@@ -70,7 +70,7 @@ class RowsOnTheirWay {
   void exchange(MeshRows<Dim>& own) {
     const Index first_node = team_.part(own.n_nodes, team_.index());
     for (const auto& part : team_.exchange(nodes_))
-      for (const NodeRow<Dim>& row : part)
+      for (const PlacedNode<Dim>& row : part)
         own.nodes[static_cast<std::size_t>(row.node - first_node)] = Vec<Dim>(row.x.data());
     const Index first_cell = team_.part(own.n_cells, team_.index());
     for (const auto& part : team_.exchange(cells_))
@@ -90,7 +90,7 @@ class RowsOnTheirWay {
   const MeshLines& lines_;
   std::size_t per_cell_;
   const Team& team_;
-  std::vector<std::vector<NodeRow<Dim>>> nodes_;
+  std::vector<std::vector<PlacedNode<Dim>>> nodes_;
   std::vector<std::vector<Local>> cells_;  // id and nodes of each
 };
 

@@ -16,7 +16,7 @@ namespace lahar {
 namespace {
 
 // Rows of a member that are on their way at a time.
-constexpr int rows_at_a_time = 1 << 15;
+constexpr int node_rows_at_a_time = 1 << 15;
 
 // Reads a row, which is not the file's last word on whether the node may have it; false if
 // reported.
@@ -46,7 +46,7 @@ std::optional<std::vector<Row>> read_together(const SideFile& file, const Team& 
   while (team.any(more)) {
     std::vector<std::vector<Row>> to(size);
     all_or_none(team, [&] {
-      for (int n = 0; more && n < rows_at_a_time; ++n) {
+      for (int n = 0; more && n < node_rows_at_a_time; ++n) {
         more = rows.next();
         Row row{};
         if (more && parse(rows, row))

@@ -14,7 +14,7 @@ namespace lahar {
 namespace {
 
 // What is on its way at a time, of a member.
-constexpr std::size_t cells_at_a_time = std::size_t{1} << 14;
+constexpr std::size_t entries_at_a_time = std::size_t{1} << 14;
 
 }  // namespace
 
@@ -62,7 +62,7 @@ std::vector<std::vector<std::byte>> fetch_cells(const Mesh<Dim>& share,
   std::vector<std::vector<std::byte>> pieces;
   std::size_t next = 0;
   while (team.any(next < cells.size())) {
-    const std::size_t end = std::min(cells.size(), next + cells_at_a_time);
+    const std::size_t end = std::min(cells.size(), next + entries_at_a_time);
     std::vector<std::vector<Index>> to(static_cast<std::size_t>(team.size()));
     for (; next < end; ++next)
       to[static_cast<std::size_t>(team.member(cells[next], n))].push_back(cells[next]);
@@ -90,7 +90,7 @@ CellIndex::CellIndex(Index n_cells, const Team& team,
                                             static_cast<double>(members)));
   while (team.any(next < end)) {
     std::vector<std::vector<Entry>> to(static_cast<std::size_t>(members));
-    const Index stop = std::min(end, next + static_cast<Index>(cells_at_a_time));
+    const Index stop = std::min(end, next + static_cast<Index>(entries_at_a_time));
     for (; next < stop; ++next)
       owners(next, [&](Index number) {
         to[static_cast<std::size_t>(number % members)].push_back(
@@ -107,7 +107,7 @@ std::vector<Index> CellIndex::cells_of(const std::vector<Index>& owners) const {
   std::vector<Index> cells;
   std::size_t next = 0, kept = 0;
   while (team_.any(next < owners.size())) {
-    const std::size_t end = std::min(owners.size(), next + cells_at_a_time);
+    const std::size_t end = std::min(owners.size(), next + entries_at_a_time);
     std::vector<std::vector<std::uint32_t>> to(members);
     for (; next < end; ++next) {
       const auto number = static_cast<std::size_t>(owners[next]);
@@ -127,7 +127,7 @@ std::vector<Index> CellIndex::cells_of(const std::vector<Index>& owners) const {
     }
     for (const auto& part : team_.exchange(std::move(replies)))
       cells.insert(cells.end(), part.begin(), part.end());
-    if (cells.size() > 2 * kept + cells_at_a_time) {
+    if (cells.size() > 2 * kept + entries_at_a_time) {
       sort_unique(cells);
       kept = cells.size();
     }
@@ -160,7 +160,7 @@ std::vector<Index> nodes_of(const Mesh<Dim>& share, const std::vector<Index>& ce
   std::vector<Index> nodes;
   std::size_t next = 0, kept = 0;
   while (team.any(next < cells.size())) {
-    const std::size_t end = std::min(cells.size(), next + cells_at_a_time);
+    const std::size_t end = std::min(cells.size(), next + entries_at_a_time);
     const std::vector<Index> some(cells.begin() + static_cast<std::ptrdiff_t>(next),
                                   cells.begin() + static_cast<std::ptrdiff_t>(end));
     next = end;
@@ -176,7 +176,7 @@ std::vector<Index> nodes_of(const Mesh<Dim>& share, const std::vector<Index>& ce
     for (const Nodes& of_cell : answers)
       for (const Local node : of_cell)
         if (node >= 0) nodes.push_back(node);
-    if (nodes.size() > 2 * kept + cells_at_a_time) {
+    if (nodes.size() > 2 * kept + entries_at_a_time) {
       sort_unique(nodes);
       kept = nodes.size();
     }

@@ -25,7 +25,7 @@ const Section& removal_section() {
   return section;
 }
 
-std::vector<KeySpec> material_keys() {
+std::vector<KeySpec> changed_material_keys() {
   std::vector<KeySpec> keys = group_keys();
   keys.push_back(
       {.key = "material_id",
@@ -48,7 +48,7 @@ const Section& change_section() {
           "Particles, of a region or of a set, that get another material; later entries win. "
           "They keep volume, motion and stress. Their mass is that of the new density, and "
           "state variables begin anew.",
-      .keys = material_keys()};
+      .keys = changed_material_keys()};
   return section;
 }
 

@@ -21,9 +21,6 @@ constexpr int per_cell(int dim) {
   return dim == 2 ? 4 : 2;
 }
 
-/// A run that ends when the measurement does; a history row every 1 % of it is none.
-constexpr Index endless = 1'000'000'000'000;
-
 /// [m/s] divided by the step's cells per second; the components add to one.
 template <int Dim>
 Vec<Dim> direction() {

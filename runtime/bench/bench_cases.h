@@ -10,6 +10,9 @@
 
 namespace lahar {
 
+/// Steps of a run that ends when the measurement does; a history row every 1 % of it is none.
+inline constexpr Index endless = 1'000'000'000'000;
+
 /// A square or cube of linear elastic material in a larger structured mesh of cells of 1 m: 4 x 4
 /// particles per cell in 2D, 2 x 2 x 2 in 3D, USL. The material is so soft that it moves as it was
 /// thrown: what a step costs does not depend on stiffness, and nodes of little mass at an irregular

@@ -159,9 +159,9 @@ double multiply_add(double factor, double term) {
 
 /// Threads that do the same at the same time, and the time from the first beginning to the last
 /// end.
-class Team {
+class TimedTeam {
  public:
-  explicit Team(int threads) : begin_(size(threads)), end_(size(threads)), meet_(threads) {}
+  explicit TimedTeam(int threads) : begin_(size(threads)), end_(size(threads)), meet_(threads) {}
 
   void pass(int thread, const std::function<void()>& work) {
     const auto i = size(thread);
@@ -190,7 +190,7 @@ BenchRates measure_rates(int threads, int passes, std::size_t bytes) {
   const std::size_t n = bytes / sizeof(double);
   BenchRates rates;
   rates.threads = threads;
-  Team team(threads);
+  TimedTeam team(threads);
   volatile double factor = 0.999, term = 1e-3, sink = 0;  // not known to the compiler
   const auto work = [&](int thread) {
     Arrays arrays(n);

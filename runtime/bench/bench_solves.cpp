@@ -7,13 +7,11 @@
 #include <vector>
 
 #include "io/scenario/scenario.h"
+#include "runtime/bench/bench_cases.h"
 
 namespace lahar {
 
 namespace {
-
-/// A run that ends when the measurement does.
-constexpr Index endless = 1'000'000'000'000;
 
 /// "a, a" or "a, a, a".
 std::string repeated(const auto& value, int dim) {

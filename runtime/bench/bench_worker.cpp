@@ -20,7 +20,7 @@
 
 namespace lahar {
 
-using Json = nlohmann::json;
+using Message = nlohmann::json;
 
 namespace {
 
@@ -130,7 +130,7 @@ class Worker {
     ready_["threads"] = info.threads;
     parent.send(ready_.dump());
     for (;;) {
-      const Json asked = Json::parse(parent.receive());
+      const Message asked = Message::parse(parent.receive());
       parent.send(answer_to(asked.at("do"), asked.at("steps")).dump());
     }
   }
@@ -158,7 +158,7 @@ class Worker {
     ready_["construct"] = seconds_since(begin);
   }
 
-  Json answer_to(const std::string& what, Index steps) {
+  Message answer_to(const std::string& what, Index steps) {
     if (what == "warm up") return warm_up();
     if (what == "steps") {
       const BenchWorker::Times times = timed(steps);
@@ -221,8 +221,8 @@ class Worker {
     return all;
   }
 
-  Json end() {
-    Json stages = Json::array();
+  Message end() {
+    Message stages = Message::array();
     const double particle_steps = particles_ * static_cast<double>(timed_steps_);
     const std::vector<StageTiming> now = simulation_->timings();
     for (std::size_t s = 0; s < now.size() && particle_steps > 0; ++s) {
@@ -240,14 +240,14 @@ class Worker {
   std::optional<Output> output_;  // outlives the simulation, which writes to it
   std::optional<Trace> trace_;    // the same
   std::optional<Simulation> simulation_;
-  Json ready_;
+  Message ready_;
   std::vector<StageTiming> before_;
   Index timed_steps_ = 0;
   double particles_ = 0;
 };
 
 std::string command(const char* what, Index steps = 0) {
-  return Json::object({{"do", what}, {"steps", steps}}).dump();
+  return Message::object({{"do", what}, {"steps", steps}}).dump();
 }
 
 }  // namespace
@@ -256,7 +256,7 @@ BenchWorker::BenchWorker(const BenchJob& job)
     : process_([&job](ChildProcess& parent) { Worker(job).serve(parent); }) {}
 
 BenchWorker::Ready BenchWorker::ready() {
-  const Json said = Json::parse(process_.receive());
+  const Message said = Message::parse(process_.receive());
   Ready ready;
   said.at("read").get_to(ready.read_seconds);
   said.at("construct").get_to(ready.construct_seconds);
@@ -276,7 +276,7 @@ void BenchWorker::begin_warm_up() {
 }
 
 double BenchWorker::wait_warm_up() {
-  return Json::parse(process_.receive()).get<double>();
+  return Message::parse(process_.receive()).get<double>();
 }
 
 void BenchWorker::begin_steps(Index steps) {
@@ -284,21 +284,21 @@ void BenchWorker::begin_steps(Index steps) {
 }
 
 BenchWorker::Times BenchWorker::wait_steps() {
-  const Json said = Json::parse(process_.receive());
+  const Message said = Message::parse(process_.receive());
   const auto at = [&](std::size_t k) { return said.at(k).get<double>(); };
   return {at(0), at(1), at(2), at(3), at(4), at(5), at(6)};
 }
 
 double BenchWorker::count_crossings() {
   process_.send(command("count crossings"));
-  return Json::parse(process_.receive()).get<double>();
+  return Message::parse(process_.receive()).get<double>();
 }
 
 BenchWorker::End BenchWorker::finish() {
   process_.send(command("end"));
-  const Json said = Json::parse(process_.receive());
+  const Message said = Message::parse(process_.receive());
   End end;
-  for (const Json& stage : said.at("stages"))
+  for (const Message& stage : said.at("stages"))
     end.stages.push_back({stage.at("name").get<std::string>(), stage.at("ns").get<double>()});
   said.at("resident").get_to(end.resident);
   said.at("peak").get_to(end.peak);

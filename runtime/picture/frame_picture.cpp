@@ -15,8 +15,7 @@ namespace lahar {
 
 namespace {
 
-constexpr double margin_left = 66, margin_top = 52, margin_bottom = 44, bar_distance = 24,
-                 bar_width = 16;
+constexpr double view_left = 66, view_top = 52, view_bottom = 44, bar_distance = 24, bar_width = 16;
 constexpr double share_outside = 0.002;  ///< of values, at each end of a scale
 constexpr double thinnest = 0.07;        ///< before a view is stretched, of the longer side
 constexpr double room = 0.03;            ///< around particles, of the longer side
@@ -90,12 +89,12 @@ void FramePicture::place() {
     view_.low[d] = seen.low[d] - room * longer;
     view_.high[d] = seen.high[d] + room * longer;
   }
-  view_.left = margin_left;
-  view_.top = margin_top;
+  view_.left = view_left;
+  view_.top = view_top;
   view_.fit({options_.largest_width, options_.largest_height},
             options_.look.kind == Look::Kind::space ? 0 : thinnest);
   width_ = view_.left + view_.size[0] + bar_distance + colour_bar_width;
-  height_ = view_.top + std::max(view_.size[1], 130.0) + margin_bottom;
+  height_ = view_.top + std::max(view_.size[1], 130.0) + view_bottom;
 }
 
 std::string FramePicture::caption() const {

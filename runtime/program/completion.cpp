@@ -8,7 +8,7 @@ namespace lahar {
 
 namespace {
 
-std::vector<const CLI::App*> commands_of(const CLI::App& program) {
+std::vector<const CLI::App*> subcommands_of(const CLI::App& program) {
   return program.get_subcommands([](const CLI::App*) { return true; });
 }
 
@@ -30,7 +30,7 @@ std::string words(const std::vector<std::string>& all) {
 
 std::string command_names(const CLI::App& program) {
   std::vector<std::string> names;
-  for (const CLI::App* command : commands_of(program)) names.push_back(command->get_name());
+  for (const CLI::App* command : subcommands_of(program)) names.push_back(command->get_name());
   return words(names);
 }
 
@@ -46,7 +46,7 @@ std::string quoted(const std::string& text) {
 
 std::string bash_script(const CLI::App& program) {
   std::string cases;
-  for (const CLI::App* command : commands_of(program))
+  for (const CLI::App* command : subcommands_of(program))
     cases += fmt::format("    {}) options='{}' ;;\n", command->get_name(),
                          words(option_names(*command)));
   return fmt::format(R"(# Completion of {0} for bash.
@@ -69,7 +69,7 @@ complete -o bashdefault -o default -F _{0} {0}
 
 std::string zsh_script(const CLI::App& program) {
   std::string cases;
-  for (const CLI::App* command : commands_of(program))
+  for (const CLI::App* command : subcommands_of(program))
     cases += fmt::format("    {}) options=({}) ;;\n", command->get_name(),
                          words(option_names(*command)));
   return fmt::format(R"(#compdef {0}
@@ -94,7 +94,7 @@ if [[ $funcstack[1] == _{0} ]]; then _{0} "$@"; else compdef _{0} {0}; fi
 std::string fish_script(const CLI::App& program) {
   const std::string& name = program.get_name();
   std::string script = fmt::format("# Completion of {} for fish.\n", name);
-  for (const CLI::App* command : commands_of(program)) {
+  for (const CLI::App* command : subcommands_of(program)) {
     script += fmt::format("complete -c {} -n __fish_use_subcommand -f -a {} -d {}\n", name,
                           command->get_name(), quoted(command->get_description()));
     for (const CLI::Option* option : command->get_options()) {

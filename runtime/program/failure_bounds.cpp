@@ -14,7 +14,7 @@ namespace lahar {
 
 namespace {
 
-using Direction = std::vector<double>;
+using BodyDirection = std::vector<double>;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
@@ -23,7 +23,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double passes = 30;
 
 /// Directions across gravity.
-std::vector<Direction> across(const std::vector<double>& gravity) {
+std::vector<BodyDirection> across(const std::vector<double>& gravity) {
   if (gravity.size() == 2) {
     const double g = std::hypot(gravity[0], gravity[1]);
     return {{gravity[1] / g, -gravity[0] / g}};
@@ -33,8 +33,8 @@ std::vector<Direction> across(const std::vector<double>& gravity) {
   return {{first[0], first[1], first[2]}, {second[0], second[1], second[2]}};
 }
 
-std::vector<Direction> axes(int dim) {
-  std::vector<Direction> all;
+std::vector<BodyDirection> axes(int dim) {
+  std::vector<BodyDirection> all;
   for (int k = 0; k < dim; ++k) {
     all.emplace_back(static_cast<std::size_t>(dim), 0.0);
     all.back()[static_cast<std::size_t>(k)] = 1;
@@ -52,7 +52,7 @@ double magnitude(const double* at, std::size_t width) {
 /// The particles of all ranks, along some directions and as a whole.
 class Body {
  public:
-  Body(const FrameSource& frame, std::vector<Direction> directions, const Communicator& ranks)
+  Body(const FrameSource& frame, std::vector<BodyDirection> directions, const Communicator& ranks)
       : directions_(std::move(directions)),
         low_(directions_.size(), infinite),
         high_(directions_.size(), -infinite) {
@@ -87,7 +87,7 @@ class Body {
       }
   }
 
-  std::vector<Direction> directions_;
+  std::vector<BodyDirection> directions_;
   std::vector<double> low_, high_;
   double mass_ = 0, volume_ = 0;
 };
@@ -108,11 +108,11 @@ FailureBounds failure_bounds(const FrameSource& frame, const std::vector<Materia
       shear = std::min(shear, G);
       speed = std::min(speed, std::sqrt(G / material.density));
     }
-  std::vector<Direction> directions = axes(frame.header.dim);
+  std::vector<BodyDirection> directions = axes(frame.header.dim);
   const std::size_t n_axes = directions.size();
   const double g = magnitude(gravity.data(), gravity.size());
   if (g > 0)
-    for (Direction& one : across(gravity)) directions.push_back(std::move(one));
+    for (BodyDirection& one : across(gravity)) directions.push_back(std::move(one));
   const Body body(frame, directions, ranks);
   double longest = 0, area = 1;
   for (std::size_t d = 0; d < n_axes; ++d) longest = std::max(longest, body.extent(d));

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double picture_width = 1200, picture_height = 420, top = 70, bottom = 350,
                  panel_width = 290, first_left = 90, panel_distance = 385;
-constexpr const char* components[6] = {"xx", "yy", "zz", "xy", "yz", "xz"};
+constexpr const char* component_names[6] = {"xx", "yy", "zz", "xy", "yz", "xz"};
 
 using Curve = std::vector<std::pair<double, double>>;
 
@@ -72,7 +72,8 @@ std::string path_picture(const MaterialDriver& driver, const std::vector<PathPoi
     volume.emplace_back(strain, point.strain[0] + point.strain[1] + point.strain[2]);
     path.emplace_back(p, q);
   }
-  const std::string below = fmt::format("{}strain_{} [-]", sign < 0 ? "-" : "", components[main]);
+  const std::string below =
+      fmt::format("{}strain_{} [-]", sign < 0 ? "-" : "", component_names[main]);
   Svg svg(picture_width, picture_height);
   svg.text(first_left - 40, 20, driver.title.empty() ? driver.material.name : driver.title, 13,
            "start", "#5b6570");
