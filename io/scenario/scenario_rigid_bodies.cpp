@@ -6,6 +6,7 @@
 
 #include "io/base/text.h"
 #include "io/scenario/scenario_builder.h"
+#include "physics/geometry/solid_samples.h"
 #include "physics/model/body_overlap.h"
 
 namespace lahar {
@@ -220,10 +221,26 @@ void ScenarioBuilder<Dim>::find_reaches() {
   });
 }
 
-/// No particle may begin inside of a body: the force that pushed it out would be large.
+namespace {
+
+/// How deep [m] the surface of a body is inside of another one; negative: it is not.
+template <int Dim>
+double depth_of(const RigidBody<Dim>& body, const RigidBody<Dim>& other) {
+  constexpr int cuts = 40;
+  double depth = -std::numeric_limits<double>::infinity();
+  for (const Vec<Dim>& x : surface_points(*body.solid, cuts))
+    depth = std::max(depth, -other.solid->nearest(x).distance);
+  return depth;
+}
+
+}  // namespace
+
+/// No particle may begin inside of a body, and no free body inside of another one: the force that
+/// pushed it out would be large.
 template <int Dim>
 void ScenarioBuilder<Dim>::check_overlap_of_bodies() {
   using Overlap = BodyOverlap<Dim>;
+  constexpr double share_of_size = 0.05;
   const double least = Overlap::least_share * outer_cell().minCoeff();
   const auto entries = get_list(root_, "rigid_bodies");
   const std::size_t n = model_.rigid_bodies.size();
@@ -246,6 +263,20 @@ void ScenarioBuilder<Dim>::check_overlap_of_bodies() {
                           fmt::join(all.x, ", ")),
               "take the body out of the region of the particles, for example with \"difference\"");
   }
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t j = 0; j < n; ++j) {
+      const RigidBody<Dim>&body = model_.rigid_bodies[k], &other = model_.rigid_bodies[j];
+      const bool both = other.motion == RigidBody<Dim>::Motion::free;
+      if (j == k || body.motion != RigidBody<Dim>::Motion::free || (both && j < k)) continue;
+      const auto [low, high] = body.solid->bounds();
+      const double depth = std::max(depth_of(body, other), both ? depth_of(other, body) : 0.0);
+      if (!(depth > share_of_size * (high - low).maxCoeff())) continue;
+      in_.error(
+          *entries[k]->find("region"),
+          fmt::format("the rigid bodies '{}' and '{}' begin inside of each other, {:.3g} m deep",
+                      body.name, other.name, depth),
+          "a free body may touch others where it begins; contact pushes it out of them");
+    }
 }
 
 template class ScenarioBuilder<2>;

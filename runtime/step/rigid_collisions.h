@@ -13,10 +13,12 @@ namespace lahar {
 ///     N = max(0, m omega^2 d - 2 zeta omega m w.n) / 4      omega = 0.05 / dt
 ///     |T| <= mu N,  T against the velocity along the surface
 ///
-/// m is the mass of the body, or of two free ones their reduced mass; mu is the larger coefficient
-/// of the two. The push is so soft that dt resolves it with any number of points, and so stiff that
-/// a body at rest sinks in by some hundred g dt^2. This dt is a part of the step of particles
-/// (RigidMotion::move()).
+/// Where the surface is round, points next to the other body move to where it is nearest to that
+/// one: a ball touches a plane in one point, from which no push turns it. That point counts for
+/// four. m is the mass of the body, or of two free ones their reduced mass; mu is the larger
+/// coefficient of the two. The push is so soft that dt resolves it with any number of points, and
+/// so stiff that a body at rest sinks in by some hundred g dt^2. This dt is a part of the step of
+/// particles (RigidMotion::move()).
 template <int Dim>
 class RigidCollisions {
  public:
@@ -38,6 +40,7 @@ class RigidCollisions {
 
   const Model<Dim>& model_;
   std::vector<std::vector<Vec<Dim>>> points_;  ///< by body, at the start; none of bodies not free
+  std::vector<double> spacing_;                ///< [m] of these points
 };
 
 }  // namespace lahar

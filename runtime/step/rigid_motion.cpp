@@ -41,16 +41,38 @@ Vec<3> rotation_of(const Axes<Dim>& axes) {
   }
 }
 
-/// Change of the spin [rad/s^2] by a torque.
+/// The spin [rad/s] of a body with an angular momentum L [kg m^2 / s], about the axes that are
+/// free: w = I^-1 L. What holds the others has its part of L.
+inline Vec<3> spin_with(const RigidBody<3>& body, const Eigen::Matrix3d& axes,
+                        const Vec<3>& momentum) {
+  Eigen::Matrix3d inertia = axes * body.inertia * axes.transpose();
+  Vec<3> free = momentum;
+  for (int k = 0; k < 3; ++k) {
+    if (body.held_spin[k] == 0) continue;
+    inertia.row(k).setZero();
+    inertia.col(k).setZero();
+    inertia(k, k) = 1;
+    free[k] = 0;
+  }
+  return inertia.inverse() * free;
+}
+
+/// Turn a body over dt by a torque. In three dimensions the angular momentum changes by dt T, and
+/// the body turns with the spin in the middle of the step: without a torque it keeps the momentum,
+/// and its energy to the second order of dt.
 template <int Dim>
-Vec<3> angular_acceleration(const RigidBody<Dim>& body, const Placement<Dim>& at,
-                            const Vec<3>& torque) {
+void turn(const RigidBody<Dim>& body, Placement<Dim>& at, const Vec<3>& torque, double dt) {
   if constexpr (Dim == 2) {
-    return Vec<3>(0, 0, torque[2] / body.inertia(2, 2));
+    at.spin[2] += dt * torque[2] / body.inertia(2, 2) * (1 - body.held_spin[2]);
+    const Axes<2> turned = rotation_by<2>(dt * Vec<3>(at.spin)) * at.axes;
+    at.axes = orthonormal<2>(turned);
   } else {
-    const Eigen::Matrix3d inertia = at.axes * body.inertia * at.axes.transpose();
-    const Vec<3> spin = at.spin;
-    return inertia.inverse() * (torque - spin.cross(Vec<3>(inertia * spin)));
+    const Eigen::Matrix3d axes = at.axes;
+    const Vec<3> spin = at.spin, momentum = axes * (body.inertia * (axes.transpose() * spin));
+    const Vec<3> middle =
+        spin_with(body, rotation_by<3>(0.5 * dt * spin) * axes, momentum + 0.5 * dt * torque);
+    at.axes = orthonormal<3>(rotation_by<3>(dt * middle) * axes);
+    at.spin = spin_with(body, at.axes, momentum + dt * torque);
   }
 }
 
@@ -96,11 +118,8 @@ Placement<Dim> moved(const RigidBody<Dim>& body, Placement<Dim> at, const Reacti
   const Vec<Dim> free = Vec<Dim>::Ones() - body.held;
   at.velocity += dt * (force / body.mass + gravity).cwiseProduct(free);
   const Vec<3> torque(on.torque[0], on.torque[1], on.torque[2]);
-  at.spin +=
-      dt * angular_acceleration(body, at, torque).cwiseProduct(Vec<3>::Ones() - body.held_spin);
   at.origin += dt * at.velocity;
-  const Axes<Dim> turned = rotation_by<Dim>(dt * at.spin) * at.axes;
-  at.axes = orthonormal<Dim>(turned);
+  turn(body, at, torque, dt);
   return at;
 }
 

@@ -136,6 +136,20 @@ TEST_CASE("rigid bodies: particles that begin inside of one are named, the deepe
   CHECK(says(said, "0.175 m deep at (1.125, 1.125)"));
 }
 
+TEST_CASE("rigid bodies: a free one may touch others where it begins, and no more") {
+  const auto beside = [](double x, const char* motion) {
+    return fmt::format(R"({{{}, "density": 500}}, {{"name": "post", {}
+                         "region": {{"box": {{"min": [{}, 2], "max": [4, 4]}}}}}})",
+                       round_body, motion, x);
+  };
+  CHECK(refusal(beside(3.2, "")).find("begin inside of each other, 0.3 m deep") !=
+        std::string::npos);
+  CHECK(refusal(beside(3.2, R"("density": 500,)")).find("'post' begin inside of each other") !=
+        std::string::npos);
+  CHECK_NOTHROW(model_of(beside(3.5, "")));
+  CHECK_NOTHROW(model_of(beside(3.48, "")));
+}
+
 TEST_CASE("rigid bodies: what does not go together with them is refused") {
   const auto with = [](const std::string& analysis) {
     return refusal_of([&] {
