@@ -235,8 +235,12 @@ void unpack(std::span<const std::byte> bytes, Patch<Dim>& patch, Index step,
   for (double* work : {&patch.work.internal, &patch.work.external, &patch.work.damping,
                        &patch.work.friction, &patch.work.divided})
     *work = in.get<double>();
-  patch.impulses.resize(static_cast<std::size_t>(head.impulses));
-  in.get(patch.impulses.data(), patch.impulses.size());
+  std::vector<Reaction> impulses(static_cast<std::size_t>(head.impulses));
+  in.get(impulses.data(), impulses.size());
+  // Gauges of another scenario, or of another stage, begin anew.
+  if (patch.has_conditions && impulses.size() != patch.impulses.size())
+    impulses.assign(patch.impulses.size(), {});
+  patch.impulses = std::move(impulses);
   const double slots = static_cast<double>(head.slots) * static_cast<double>(head.rows + 2);
   if (slots * sizeof(double) > bounds.memory)
     refuse(head.patch,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -10,6 +11,20 @@
 #include "runtime/step/watchdog.h"
 
 namespace lahar {
+
+namespace {
+
+/// [s] from when on a factor stays as it is; of a sine without an end, minus infinity.
+double settled_at(const MathFunction& function) {
+  constexpr double never = std::numeric_limits<double>::lowest();
+  if (function.kind == MathFunction::Kind::sine)
+    return function.hi < std::numeric_limits<double>::max() ? function.hi : never;
+  std::size_t last = function.f.size();
+  while (last > 1 && function.f[last - 1] == function.f[last - 2]) --last;
+  return last > 1 ? function.x[last - 1] : never;
+}
+
+}  // namespace
 
 bool is_at_rest(const UntilRest& until, const RestState& state) {
   return state.imbalance >= 0 && state.imbalance <= until.imbalance &&
@@ -43,7 +58,11 @@ bool RestTest<Dim>::judge(double time, double kinetic, std::optional<double> unb
   if (!is_implicit(model_.analysis))
     state_.kinetic =
         over(kinetic, sum([&](const Patch<Dim>& patch) { return stored_energy(patch, model_); }));
-  state_.reached = is_at_rest(model_.analysis.until, state_);
+  // While loads grow, forces may be in balance all the time.
+  const bool settled =
+      std::all_of(model_.functions.begin(), model_.functions.end(),
+                  [&](const MathFunction& function) { return time >= settled_at(function); });
+  state_.reached = settled && is_at_rest(model_.analysis.until, state_);
   return state_.reached;
 }
 

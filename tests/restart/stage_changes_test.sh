@@ -52,6 +52,14 @@ grep -q "128 particles (14400 kg) removed" one/dig/log.txt || fail "$(cat one/di
 grep -q "24 particles (3300 kg) became grout" one/dig/manifest.json || fail "grout in the manifest"
 grep -q "64 particles (7200 kg) placed" one/fill/log.txt || fail "$(cat one/fill/log.txt)"
 
+# What the floor bears is the weight, whatever the stage before did.
+for stage in rest dig; do
+  awk -v force="$(column "one/$stage/gauges/floor.csv" "force_y [N]" | tail -1)" -v mass="$(first_mass $stage)" \
+    'BEGIN { share = -force / (mass * 9.81); exit !(share > 0.98 && share < 1.02) }' ||
+    fail "force on the floor in $stage: $(tail -1 "one/$stage/gauges/floor.csv")"
+  cmp "one/$stage/gauges/floor.csv" "ranks/$stage/gauges/floor.csv" || fail "gauge of $stage, ranks"
+done
+
 # Particles keep their ids, and new ones have those above all.
 column one.csv id | sort -n >ids.txt
 [[ "$(wc -l <ids.txt)" == 576 && "$(tail -1 ids.txt)" == 703 && "$(sed -n 513p ids.txt)" == 640 ]] ||
