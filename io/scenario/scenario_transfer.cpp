@@ -29,6 +29,19 @@ double smoothing(ShapeFunctions functions, int order) {
   return order > 1 ? 1.0 / 12.0 : 1.0 / 6.0;
 }
 
+/// Kinematic viscosity [m^2/s] of the least viscous liquid that has one; 0 where there are others.
+template <int Dim>
+double least_viscosity(const Model<Dim>& model) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Material& material : model.materials) {
+    double viscosity = 0;
+    if (const auto* law = std::get_if<Newtonian>(&material.law)) viscosity = law->dynamic_viscosity;
+    if (const auto* law = std::get_if<Bingham>(&material.law)) viscosity = law->mu;
+    least = std::min(least, viscosity / material.density);
+  }
+  return std::isinf(least) ? 0.0 : least;
+}
+
 }  // namespace
 
 bool is_elastic(const Law& law) {
@@ -182,6 +195,17 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
       if (!is_elastic(material.law)) c = std::max(c, speed_of(material));
     *relaxation_ *= most / c;
   }
+  if (const double own = least_viscosity(model_); depth == 0 && own > 0 && mesh_) {
+    // What a viscous liquid has itself calms it, too; what is added beside it should not slow it.
+    constexpr double matters = 0.1, beside = 0.05;  // of the viscosity of the transfer, of its own
+    double c = std::numeric_limits<double>::infinity();
+    for (const Material& material : model_.materials) c = std::min(c, speed_of(material));
+    const double h = outer_cell().minCoeff();
+    const double added =
+        *relaxation_ * c * h * smoothing(model_.analysis.functions, info(mesh_->element()).order);
+    if (own > matters * added)
+      *relaxation_ *= std::max(added - own, std::min(added, beside * own)) / added;
+  }
   const auto setting = [&](double value) {
     JsonValue json;
     json.data = value;
@@ -243,6 +267,15 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   for (const double c : slowest)
     a.transfer.rates.push_back(relaxation_time_ ? 1.0 / *relaxation_time_
                                                 : std::max(relaxation_.value_or(0) * c / h, least));
+  constexpr double matters = 0.1, too_much = 0.2;  // of the transfer's viscosity, of a liquid's own
+  const double added = a.transfer.smoothing * a.transfer.rates.front(),
+               own = least_viscosity(model_);
+  if (own > matters * added && added > too_much * own)
+    in_.warning(root_,
+                fmt::format("the velocity transfer has a viscosity of {:.3g} m^2/s beside the "
+                            "{:.3g} m^2/s of the liquid: it will flow too slowly",
+                            added, own),
+                "take smaller cells, or a smaller 'relaxation' in velocity_update_settings");
   if (std::all_of(a.transfer.rates.begin(), a.transfer.rates.end(),
                   [](double rate) { return rate == 0.0; })) {
     const double separation = a.transfer.separation;
