@@ -32,12 +32,7 @@ bool advance(MaterialPoint& point, const PathSegment& segment, Index step, const
     else
       increment[k] = segment.change[k] / steps;
   }
-  if (!point.load_by(increment, segment.stress_controlled, target, dt)) {
-    // Once more from the elastic side: the last step may have been of another kind.
-    for (std::size_t k = 0; k < 6; ++k)
-      if (segment.stress_controlled[k]) increment[k] = 0;
-    if (!point.load_by(increment, segment.stress_controlled, target, dt)) return false;
-  }
+  if (!point.load_by(increment, segment.stress_controlled, target, dt)) return false;
   guess = increment;
   return true;
 }

@@ -17,6 +17,7 @@ constexpr double reached = 1e-11;
 /// Perturbation of a strain for the tangent, as a share of the step's largest strain.
 constexpr double perturbation = 1e-6;
 constexpr int most_iterations = 100, most_halvings = 25;
+constexpr int most_divisions = 6;  // of an increment, by two
 
 }  // namespace
 
@@ -188,14 +189,38 @@ class MaterialPoint::Search {
 
 bool MaterialPoint::load_by(Voigt& increment, const std::array<bool, 6>& stress_controlled,
                             const Voigt& target, double dt) {
-  for (const bool secants : {true, false}) {
-    Search search(*this, increment, stress_controlled, target, dt);
-    if (!(secants ? search.by_secants() : search.by_tangents())) continue;
-    increment = search.increment();
-    take(increment, std::move(search.answer()));
-    return true;
+  return load_by(increment, stress_controlled, target, dt, most_divisions);
+}
+
+bool MaterialPoint::load_by(Voigt& increment, const std::array<bool, 6>& stress_controlled,
+                            const Voigt& target, double dt, int divisions) {
+  Voigt from_elastic = increment;  // the step before may have been of another kind
+  for (std::size_t k = 0; k < 6; ++k)
+    if (stress_controlled[k]) from_elastic[k] = 0;
+  for (const Voigt& guess : {increment, from_elastic})
+    for (const bool secants : {true, false}) {
+      Search search(*this, guess, stress_controlled, target, dt);
+      if (!(secants ? search.by_secants() : search.by_tangents())) continue;
+      increment = search.increment();
+      take(increment, std::move(search.answer()));
+      return true;
+    }
+  if (divisions == 0) return false;
+  // By halves of the increment, and of the way of the stress.
+  const MaterialPoint before = *this;
+  Voigt first, middle;
+  for (std::size_t k = 0; k < 6; ++k) {
+    first[k] = 0.5 * increment[k];
+    middle[k] = 0.5 * (stress_[k] + target[k]);
   }
-  return false;
+  Voigt second = first;
+  if (!load_by(first, stress_controlled, middle, 0.5 * dt, divisions - 1) ||
+      !load_by(second, stress_controlled, target, 0.5 * dt, divisions - 1)) {
+    *this = before;
+    return false;
+  }
+  for (std::size_t k = 0; k < 6; ++k) increment[k] = first[k] + second[k];
+  return true;
 }
 
 double mean_pressure(const Voigt& s) {

@@ -19,7 +19,8 @@ class MaterialPoint {
 
   /// The same where components with `stress_controlled` are to reach `target`: their strain
   /// increments are found by Broyden's method, or else Newton's with a numerical tangent, with
-  /// steps that are halved while they bring nothing. `increment` holds those of the others, and a
+  /// steps that are halved while they bring nothing, and by parts of the increment where they find
+  /// nothing. `increment` holds those of the others, and a
   /// first guess of these; then all. False (and nothing changes) if the stress cannot be reached.
   bool load_by(Voigt& increment, const std::array<bool, 6>& stress_controlled, const Voigt& target,
                double dt);
@@ -38,6 +39,8 @@ class MaterialPoint {
     bool divided = false;
   };
   class Search;
+  bool load_by(Voigt& increment, const std::array<bool, 6>& stress_controlled, const Voigt& target,
+               double dt, int divisions);
   Answer answer(const Voigt& increment, double dt) const;
   void take(const Voigt& increment, Answer&& answer);
 

@@ -222,6 +222,27 @@ TEST_CASE("a driver leads its point through segments of all kinds, into a table 
   CHECK(path_picture(driver, points).find("three segments") != std::string::npos);
 }
 
+// q = M p on the path p = p0 + q / 3.
+TEST_CASE("drained triaxial tests of Cam-Clay are followed with any number of steps") {
+  constexpr double p0 = 2e5, M = 1.2;
+  for (const int steps : {20, 50, 100, 200, 700, 1000}) {
+    CAPTURE(steps);
+    const MaterialDriver driver = read_material_driver_text(
+        R"({"material": {"type": "ModifiedCamClay", "density": 1800, "youngs_modulus": 1e7,
+                         "poisson_ratio": 0.3, "p_ref": 1e5, "e_ref": 1.12, "pc0": 2e5, "ocr": 1,
+                         "m": 1.2, "lambda": 0.1, "kappa": 0.03},
+            "initial_stress": [-2e5, -2e5, -2e5, 0, 0, 0],
+            "path": [{"triaxial": "drained", "axial_strain": -0.5, "steps": )" +
+            std::to_string(steps) + "}]}",
+        ".");
+    std::vector<PathPoint> points;
+    Index divided = 0;
+    follow_path(driver, points, divided);
+    CHECK(points.size() == static_cast<std::size_t>(steps) + 1);
+    CHECK(relative(deviatoric_stress(points.back().stress), 3 * M * p0 / (3 - M)) < 0.01);
+  }
+}
+
 TEST_CASE("the table has every column once, also of laws with p and q among their states") {
   const MaterialDriver driver = read_material_driver_text(R"({
     "material": {"type": "ModifiedCamClay", "density": 1800, "youngs_modulus": 1e7,
