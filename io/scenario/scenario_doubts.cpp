@@ -64,16 +64,17 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_weak_materials() {
   constexpr double most = 0.1;  // rho g H / E [-]
-  const double g = model_.gravity.norm();
   const auto materials = get_list(root_, "materials");
+  // Soil on a slope lies on its bed, also where gravity is turned instead: the most of it counts.
+  Eigen::Index along = 0;
+  const double g = model_.gravity.cwiseAbs().maxCoeff(&along);
   if (g == 0 || materials.empty()) return;
-  const Vec<Dim> down = model_.gravity / g;
   const std::size_t n = materials.size();
-  std::vector<double> range(2 * n, -infinity);  // -lowest and highest along gravity, by material
+  std::vector<double> range(2 * n, -infinity);  // -lowest and highest along that axis, by material
   const auto& p = model_.particles;
   for (std::size_t i = 0; i < p.x.size(); ++i) {
     const std::size_t m = p.material[i] % n;  // bodies in contact have copies
-    const double at = p.x[i].dot(down);
+    const double at = p.x[i][along];
     range[2 * m] = std::max(range[2 * m], -at);
     range[2 * m + 1] = std::max(range[2 * m + 1], at);
   }

@@ -41,6 +41,26 @@ std::string extent_along(const std::pair<Vec<Dim>, Vec<Dim>>& mesh, int axes) {
   return extent;
 }
 
+/// A particle counts for the cell of a map that its centre is in: in cells about as wide as
+/// particles are apart some have none, others twice as many.
+template <int Dim>
+void warn_of_fine_maps(const Model<Dim>& model, const Team& team, auto&& warn) {
+  constexpr double least = 1.5;  // cells over the distance of particles
+  const MapPlan& maps = model.output.measured.maps;
+  if (!maps.wanted) return;
+  const auto& volumes = model.particles.volume;
+  const auto largest = std::max_element(volumes.begin(), volumes.end());
+  const double distance = std::pow(
+      team.most(std::vector<double>{largest == volumes.end() ? 0.0 : *largest}).front(), 1.0 / Dim);
+  if (!(maps.cell < least * distance)) return;
+  warn(fmt::format("cells of the maps, {:.3g} m, are small for particles that are {:.3g} m apart: "
+                   "thickness will be too large in some and missing in others",
+                   maps.cell, distance),
+       fmt::format("a cell_size of {:.3g} m or more; two particles per cell and direction are "
+                   "usual",
+                   2 * distance));
+}
+
 }  // namespace
 
 // Up, along +y or +z, where all that holds the material lies at its foot or below.
@@ -186,6 +206,11 @@ void ScenarioBuilder<Dim>::warn_of_open_sides() {
 // Whole lines and sections may begin outside, but what is there has no rows but zeros.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
+  warn_of_fine_maps(model_, team_, [&](const std::string& message, const std::string& hint) {
+    const JsonValue& maps = *section("post_processing").find("maps");
+    const JsonValue* cell = maps.find("cell_size");
+    in_.warning(cell ? *cell : maps, message, hint);
+  });
   const auto [low, high] = mesh_->bounds();
   const auto entries = get_list(section("post_processing"), "gauges");
   const auto& gauges = model_.output.measured.gauges;

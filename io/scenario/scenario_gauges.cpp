@@ -140,7 +140,8 @@ bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
     if (entry.find("at"))
       in_.error(*entry.find("at"),
                 "'at' goes with 'nset': moments on a rigid body are about its centre");
-    if (name && gauge.body < 0)
+    const bool all_read = names.size() == get_list(root_, "rigid_bodies").size();
+    if (name && gauge.body < 0 && all_read)  // else what is wrong with one of them was said
       in_.error(
           *body, fmt::format("no rigid body has the name {}", json_quoted(*name)),
           names.empty() ? "there are no rigid bodies" : suggest(*name, names, "rigid bodies"));

@@ -299,7 +299,8 @@ void ScenarioBuilder<Dim>::assign_stresses() {
 // Under `key`: six components, or one number for all directions; nothing = reported.
 template <int Dim>
 std::optional<Voigt> ScenarioBuilder<Dim>::stress_of(const JsonValue& given, std::string_view key) {
-  const std::vector<double> values = get_numbers(given, key);
+  const auto alone = get_number(given, key);
+  const std::vector<double> values = alone ? std::vector{*alone} : get_numbers(given, key);
   Voigt stress{};
   if (values.size() == 1) {
     stress[0] = stress[1] = stress[2] = values[0];

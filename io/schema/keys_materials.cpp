@@ -197,6 +197,10 @@ std::vector<KeySpec> material_keys() {
       planned("volumetric_gamma", "-", "compressibility (dialect of the fork)", {"Bingham"}));
   all.push_back(planned("regularization_parameter", "s", "regularization (dialect of the fork)",
                         {"Bingham"}));
+  for (const std::string_view key : {"packing_fraction", "packing_fraction_minimum"})
+    all.push_back(planned(
+        key, "-", "grains by whole volume, below which there is no stress (dialect of the fork)",
+        {"MohrCoulomb"}));
   for (const std::string_view k : {"k_x", "k_y", "k_z"})
     all.push_back({.key = k,
                    .kinds = number,

@@ -143,6 +143,8 @@ const Section& nonlocal_section() {
            .allowed = {"BSPLINE"},
            .planned = {"LME"}},
           {.key = "kernel_correction", .kinds = boolean, .help = "without effect"},
+          {.key = "kernel_correction_iteration", .kinds = number, .help = "without effect"},
+          {.key = "kernel_correction_tolerance", .kinds = number, .help = "without effect"},
           {.key = "node_types",
            .kinds = list,
            .help = "without effect",
@@ -215,7 +217,7 @@ const Section& stresses_section() {
            .only = {"k0"},
            .native = true},
           {.key = "values",
-           .kinds = numbers,
+           .kinds = number | numbers,
            .help =
                "the stress of all particles: xx yy zz xy yz xz, or one number for xx, yy and zz",
            .unit = "Pa",

@@ -160,7 +160,7 @@ const Section& generator_section() {
            .help = "initial velocity; default 0 (CB-Geo MPM: only for `inject`)",
            .unit = "m/s"},
           {.key = "stress",
-           .kinds = numbers,
+           .kinds = number | numbers,
            .help = "initial stress xx yy zz xy yz xz, or one number for xx, yy and zz; default: "
                    "that of mesh.particles_stresses, or none",
            .unit = "Pa",
@@ -301,6 +301,10 @@ std::vector<KeySpec> loading_keys() {
        .kinds = list,
        .help = "tractions on particles",
        .section = traction_section},
+      {.key = "rotation_forces",
+       .kinds = any,
+       .help = "forces in a frame that turns, as in a centrifuge (dialect of the fork)",
+       .support = Support::planned},
   };
   const std::vector<KeySpec> conditions = condition_keys(true);
   keys.insert(keys.end(), conditions.begin(), conditions.end());

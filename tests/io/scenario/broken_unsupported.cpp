@@ -28,6 +28,13 @@ mpm.json:15:59: error: 'density' must be greater than 0 [kg/m^3], found -1000 [/
       {"id": 0, "type": "BinghamViscoPlastic2D", "density": -1000,
                                                             ^
 )"},
+    {"forces of a frame that turns",
+     {replace("mpm.json", "\"gravity\": [0, -9.81]", "\"gravity\": [0, -9.81], \"rotation_forces\": {\"omega\": 2}")},
+     {},
+     R"(mpm.json:18:58: error: 'rotation_forces' is not supported yet [/external_loading_conditions/rotation_forces]
+    "external_loading_conditions": {"gravity": [0, -9.81], "rotation_forces": {"omega": 2}},
+                                                           ^
+)"},
   };
-  check(table, 2);
+  check(table, 3);
 }

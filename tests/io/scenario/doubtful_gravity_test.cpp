@@ -21,7 +21,7 @@ std::string sand_with(const std::string& cohesion) {
 /// Sand on a floor, in two dimensions.
 struct Flat {
   std::string gravity = "[0, -9.81]", strength = sand_with("0"), held = "floor", bodies = "",
-              gauges = "", geometry = "";
+              gauges = "", geometry = "", stiffness = "1e7";
 };
 
 std::string warnings_of(const Flat& c) {
@@ -33,20 +33,20 @@ std::string warnings_of(const Flat& c) {
                          "sides": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}}}}}},
     "geometry": {{{}}},
     "rigid_bodies": [{}],
-    "materials": [{{"name": "sand", "density": 2000, "youngs_modulus": 1e7, "poisson_ratio": 0.3,
+    "materials": [{{"name": "sand", "density": 2000, "youngs_modulus": {}, "poisson_ratio": 0.3,
                     {}}}],
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "sand",
                      "region": {{"box": {{"min": [0.5, 0], "max": [8, 2]}}}}}}}}],
     "external_loading_conditions": {{"gravity": {}}},
     "post_processing": {{"gauges": [{}]}},
     "analysis": {{"nsteps": 1}}}})",
-                  c.held, c.geometry, c.bodies, c.strength, c.gravity, c.gauges),
+                  c.held, c.geometry, c.bodies, c.stiffness, c.strength, c.gravity, c.gauges),
       "");
   return format_problems(s.warnings, "warning");
 }
 
 /// A block on the floor of a mesh with terrain, in three.
-std::string warnings_in_space(const std::string& gravity) {
+std::string warnings_in_space(const std::string& gravity, const std::string& measured = "") {
   const Scenario s = read_scenario_text(
       fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 1, "counts": [4, 4, 4]}},
       "boundary_conditions": {{"velocity_constraints": [
@@ -59,8 +59,9 @@ std::string warnings_in_space(const std::string& gravity) {
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
                      "region": {{"below": "ground"}}}}}}],
     "external_loading_conditions": {{"gravity": {}}},
+    "post_processing": {{{}}},
     "analysis": {{"nsteps": 1}}}})",
-                  gravity),
+                  gravity, measured),
       "");
   return format_problems(s.warnings, "warning");
 }
@@ -84,6 +85,12 @@ TEST_CASE("gravity that points up, away from all that holds the material, is war
   const std::string low = R"({"region": {"box": {"min": [8.5, 0], "max": [9, 1]}}})";  // holds not
   CHECK(warns(warnings_of({.gravity = "[0, 9.81]", .bodies = low}), up));
   CHECK_FALSE(warns(warnings_of({.gravity = "[9.81, 0]"}), up));  // a wall, a hanging bar
+}
+
+TEST_CASE("soil on a bed that gravity is turned for is soft by its depth, not by its length") {
+  const std::string turned = "[3.36, -9.22]";  // 2 m deep, 7.5 m long
+  CHECK(warnings_of({.gravity = turned, .stiffness = "5e5"}).find("soft") == std::string::npos);
+  CHECK(warnings_of({.gravity = turned, .stiffness = "3e5"}).find("soft") != std::string::npos);
 }
 
 TEST_CASE("gravity across the heights of terrain is warned of") {
@@ -124,4 +131,14 @@ TEST_CASE("gauges outside of the mesh are warned of, with how many places and wh
   CHECK(warns(section, "[/post_processing/gauges/0/to]"));
   CHECK(warns(section, "the mesh has x from 0 to 10\n"));
   CHECK(said(R"({"name": "s", "type": "section", "from": [0], "to": [10], "places": 9})") == "");
+}
+
+TEST_CASE("maps whose cells are small for the distance of particles are warned of") {
+  const auto said = [](const char* size) {
+    return warnings_in_space("[0, 0, -9.81]", fmt::format(R"("maps": {{"cell_size": {}}})", size));
+  };
+  CHECK(
+      warns(said("0.5"), "cells of the maps, 0.5 m, are small for particles that are 0.5 m apart"));
+  CHECK(warns(said("0.5"), "[/post_processing/maps/cell_size]"));
+  CHECK_FALSE(warns(said("1"), "cells of the maps"));
 }
