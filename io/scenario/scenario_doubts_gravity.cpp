@@ -268,6 +268,17 @@ void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
     const auto [low, high] = bodies[k].solid->bounds();
     const bool apart =
         (low.array() > mesh.second.array()).any() || (high.array() < mesh.first.array()).any();
+    const JsonValue* region = entries[k]->find("region");
+    for (int d = 0; d < Dim - 1 && !apart && region && region->find("below"); ++d) {
+      const double cell = outer_cell()[d];
+      if (low[d] <= mesh.first[d] + cell && high[d] >= mesh.second[d] - cell) continue;
+      in_.warning(
+          *region,
+          fmt::format("the rigid body '{}' ends inside of the mesh, at {} = {:.6g}: what "
+                      "moves beyond falls",
+                      bodies[k].name, "xyz"[d], low[d] > mesh.first[d] + cell ? low[d] : high[d]),
+          extent_along<Dim>(mesh, Dim - 1));
+    }
     if (!apart || bodies[k].motion != RigidBody<Dim>::Motion::fixed) continue;
     in_.warning(
         *entries[k],

@@ -142,3 +142,14 @@ TEST_CASE("maps whose cells are small for the distance of particles are warned o
   CHECK(warns(said("0.5"), "[/post_processing/maps/cell_size]"));
   CHECK_FALSE(warns(said("1"), "cells of the maps"));
 }
+
+TEST_CASE("terrain that ends inside of the mesh is warned of, with where") {
+  const auto said = [](const char* end) {
+    return warnings_of(
+        {.bodies = R"({"name": "bed", "region": {"below": "ground"}})",
+         .geometry = fmt::format(R"("ground": {{"points": [[-1, 0], [{}, 0]]}})", end)});
+  };
+  CHECK(warns(said("9"),
+              "the rigid body 'bed' ends inside of the mesh, at x = 9: what moves beyond"));
+  CHECK_FALSE(warns(said("10"), "ends inside"));
+}
