@@ -1,5 +1,6 @@
 #include "runtime/step/rigid_collisions.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -21,48 +22,55 @@ bool is_free(const RigidBody<Dim>& body) {
   return body.motion == RigidBody<Dim>::Motion::free;
 }
 
-/// Distance [m] of the points on a surface.
 template <int Dim>
-double spacing_of(const Solid<Dim>& solid) {
-  const auto [low, high] = solid.bounds();
-  return (high - low).maxCoeff() / cuts_of(Dim);
+struct SurfacePlace {
+  Vec<Dim> x, normal;
+};
+
+template <int Dim>
+SurfacePlace<Dim> on_surface(const Solid<Dim>& solid, const Vec<Dim>& x) {
+  const auto near = solid.nearest(x);
+  return {x - near.distance * near.normal, near.normal};
+}
+
+constexpr double probe = 0.05;       ///< of the distance of points: so far off bends are measured
+constexpr double least_bend = 0.01;  ///< [rad] over the distance of points
+
+/// Whether a surface bends outwards at a point in some direction: by more than a hundredth, and
+/// less than an edge, over the distance `reach` [m] of points.
+template <int Dim>
+bool is_round(const Solid<Dim>& solid, const Vec<Dim>& point, double reach) {
+  constexpr double edge = 3;  // [rad]
+  const SurfacePlace<Dim> at = on_surface(solid, point);
+  const auto bends = [&](const Vec<Dim>& along) {
+    const double angle = on_surface<Dim>(solid, at.x + probe * reach * along).normal.dot(along);
+    return angle > least_bend * probe && angle < edge * probe;
+  };
+  const Vec<Dim> along = at.normal.unitOrthogonal();
+  if constexpr (Dim == 3)
+    if (bends(at.normal.cross(along))) return true;
+  return bends(along);
 }
 
 /// Move a point on a round surface to where the surface looks along `down`, if that is not further
-/// than `reach` [m]: by the curvature on the way there. False where it is flat, or has an edge.
+/// than 1.5 times `reach` [m]: by the curvature on the way there. False where it finds none.
 template <int Dim>
 bool move_to_extreme(const Solid<Dim>& solid, const Vec<Dim>& down, double reach, Vec<Dim>& point) {
-  constexpr double least_bend = 0.01, close = 1e-5;  // [rad] over `reach`, and from `down`
-  struct Place {
-    Vec<Dim> x, normal;
-  };
-  const auto on_surface = [&](const Vec<Dim>& x) {
-    const auto near = solid.nearest(x);
-    return Place{x - near.distance * near.normal, near.normal};
-  };
-  Place at = on_surface(point);
+  constexpr double close = 1e-5, furthest = 1;  // [rad] from `down`
+  SurfacePlace<Dim> at = on_surface(solid, point);
   for (int k = 0; k < 4; ++k) {
-    Vec<Dim> along = down - down.dot(at.normal) * at.normal;
-    if (along.norm() < close) {  // any way will do
-      along =
-          Vec<Dim>::Unit(at.normal.cwiseAbs().minCoeff() == std::abs(at.normal[0]) ? 0 : Dim - 1);
-      along -= along.dot(at.normal) * at.normal;
-    }
-    along.normalize();
-    const auto angle = [&](const Vec<Dim>& normal) {
-      return std::atan2(
-          down.dot(along) * normal.dot(at.normal) - down.dot(at.normal) * normal.dot(along),
-          down.dot(normal));
-    };
-    const double before = angle(at.normal), probe = 0.05 * reach;
-    if (!(std::abs(before) < 1)) return false;
-    const double bend = (before - angle(on_surface(at.x + probe * along).normal)) / probe;
-    if (!(bend * reach > least_bend) || before > 1.5 * bend * reach) return false;
-    if (std::abs(before) < close) {
+    const Vec<Dim> sideways = down - down.dot(at.normal) * at.normal;
+    const double angle = std::atan2(sideways.norm(), down.dot(at.normal));
+    if (angle > furthest) return false;
+    const Vec<Dim> along = sideways.normalized();
+    const double bend =
+        on_surface<Dim>(solid, at.x + probe * reach * along).normal.dot(along) / (probe * reach);
+    if (angle < close || bend * reach < least_bend) {  // or flat along that way, as a roller
       point = at.x;
       return true;
     }
-    at = on_surface(at.x + std::tan(before) / bend * along);
+    if (angle > 1.5 * bend * reach) return false;
+    at = on_surface<Dim>(solid, at.x + std::tan(angle) / bend * along);
   }
   return false;
 }
@@ -72,9 +80,13 @@ bool move_to_extreme(const Solid<Dim>& solid, const Vec<Dim>& down, double reach
 template <int Dim>
 RigidCollisions<Dim>::RigidCollisions(const Model<Dim>& model) : model_(model) {
   for (const RigidBody<Dim>& body : model.rigid_bodies) {
-    points_.push_back(is_free(body) ? surface_points(*body.solid, cuts_of(Dim))
-                                    : std::vector<Vec<Dim>>{});
-    spacing_.push_back(is_free(body) ? spacing_of(*body.solid) : 0.0);
+    auto& points = points_.emplace_back();
+    spacing_.push_back(0.0);
+    if (!is_free(body)) continue;
+    const auto [low, high] = body.solid->bounds();
+    spacing_.back() = (high - low).maxCoeff() / cuts_of(Dim);
+    for (const Vec<Dim>& x : surface_points(*body.solid, cuts_of(Dim)))
+      points.push_back({x, is_round(*body.solid, x, spacing_.back())});
   }
 }
 
@@ -89,10 +101,10 @@ auto RigidCollisions<Dim>::near(const std::vector<Placement<Dim>>& at, double gr
       const RigidBody<Dim>& wall = model_.rigid_bodies[j];
       const Placement<Dim>&here = at[k], &there = at[j];
       Near pair{k, j, {}};
-      for (const Vec<Dim>& point : points_[k]) {
-        const Vec<Dim> x = here.origin + here.axes * (point - model_.rigid_bodies[k].centre);
+      for (const Point& point : points_[k]) {
+        const Vec<Dim> x = here.origin + here.axes * (point.x - model_.rigid_bodies[k].centre);
         const double speed = (here.velocity_at(x) - there.velocity_at(x)).norm();
-        const double way = spare * dt * (speed + dt * gravity) + spacing_[k];
+        const double way = spare * dt * (speed + dt * gravity) + (point.round ? spacing_[k] : 0.0);
         const Vec<Dim> there_x = wall.centre + there.axes.transpose() * (x - there.origin);
         if (wall.solid->nearest(there_x).distance < way) pair.points.push_back(point);
       }
@@ -133,25 +145,34 @@ void RigidCollisions<Dim>::add_pair(const Near& pair, const std::vector<Placemen
   std::vector<Touch> touches;
   std::vector<Vec<Dim>> extremes;
   double round = 0;
-  for (Vec<Dim> point : points) {
-    Touch at{place_of(point), nearest(place_of(point)), false};
-    if (!(at.near.distance < spacing)) continue;
-    const Vec<Dim> down = -(here.axes.transpose() * at.near.normal);
-    at.round = move_to_extreme<Dim>(*body.solid, down, spacing, point);
-    if (at.round) {
+  for (const auto& [at_start, bends] : points) {
+    Touch at{place_of(at_start), nearest(place_of(at_start)), false};
+    if (Vec<Dim> point = at_start; bends && at.near.distance < spacing) {
+      const Vec<Dim> down = -(here.axes.transpose() * at.near.normal);
+      at.round = move_to_extreme<Dim>(*body.solid, down, spacing, point);
       const auto is_here = [&](const Vec<Dim>& other) {
         return (other - point).norm() < 0.1 * spacing;
       };
-      if (std::any_of(extremes.begin(), extremes.end(), is_here)) continue;
-      extremes.push_back(point);
-      at.x = place_of(point);
-      at.near = nearest(at.x);
+      if (at.round) {
+        if (std::any_of(extremes.begin(), extremes.end(), is_here)) continue;
+        extremes.push_back(point);
+        at.x = place_of(point);
+        at.near = nearest(at.x);
+      }
     }
     if (!(at.near.distance < 0)) continue;
     round += at.round;
     touches.push_back(at);
   }
-  for (const auto& [x, near, is_round] : touches) {
+  // Points on an edge beside a round place that touches, as on the rim of a roller, are part of it.
+  const auto beside_round = [&](const Touch& touch) {
+    return !touch.round && std::any_of(touches.begin(), touches.end(), [&](const Touch& other) {
+      return other.round && (other.x - touch.x).norm() < 1.5 * spacing;
+    });
+  };
+  for (const Touch& touch : touches) {
+    if (beside_round(touch)) continue;
+    const auto& [x, near, is_round] = touch;
     const Vec<Dim>& normal = near.normal;
     const double part = is_round ? std::max(share_of_point, 1 / round) : share_of_point;
     const Vec<Dim> w = here.velocity_at(x) - there.velocity_at(x);

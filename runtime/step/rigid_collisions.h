@@ -14,19 +14,23 @@ namespace lahar {
 ///     |T| <= mu N,  T against the velocity along the surface
 ///
 /// Where the surface is round, points next to the other body move to where it is nearest to that
-/// one: a ball touches a plane in one point, from which no push turns it. That point counts for
-/// four. m is the mass of the body, or of two free ones their reduced mass; mu is the larger
-/// coefficient of the two. The push is so soft that dt resolves it with any number of points, and
-/// so stiff that a body at rest sinks in by some hundred g dt^2. This dt is a part of the step of
-/// particles (RigidMotion::move()).
+/// one. So a ball touches a plane in one point, and the push there does not turn it. Up to four
+/// such points share the push of four. m is the mass of the body, or of two free ones their reduced
+/// mass; mu is the larger coefficient of the two. The push is so soft that dt resolves it with any
+/// number of points, and so stiff that a body at rest sinks in by some hundred g dt^2. This dt is a
+/// part of the step of particles (RigidMotion::move()).
 template <int Dim>
 class RigidCollisions {
  public:
   explicit RigidCollisions(const Model<Dim>& model);
+  struct Point {
+    Vec<Dim> x;  ///< [m] at the start
+    bool round;  ///< the surface bends there
+  };
   /// Points of a free body that may be inside of another one before long.
   struct Near {
     std::size_t free, other;
-    std::vector<Vec<Dim>> points;
+    std::vector<Point> points;
   };
   /// Those within dt [s] from where bodies are `at`, with twice the way that they make.
   std::vector<Near> near(const std::vector<Placement<Dim>>& at, double gravity, double dt) const;
@@ -39,8 +43,8 @@ class RigidCollisions {
                 std::vector<Reaction>& reactions) const;
 
   const Model<Dim>& model_;
-  std::vector<std::vector<Vec<Dim>>> points_;  ///< by body, at the start; none of bodies not free
-  std::vector<double> spacing_;                ///< [m] of these points
+  std::vector<std::vector<Point>> points_;  ///< by body; none of bodies not free
+  std::vector<double> spacing_;             ///< [m] of these points
 };
 
 }  // namespace lahar
