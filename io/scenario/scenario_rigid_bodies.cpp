@@ -223,13 +223,11 @@ void ScenarioBuilder<Dim>::find_reaches() {
 
 namespace {
 
-/// How deep [m] the surface of a body is inside of another one; negative: it is not.
+/// How deep [m] one of the points is inside of a solid; negative: none is.
 template <int Dim>
-double depth_of(const RigidBody<Dim>& body, const RigidBody<Dim>& other) {
-  constexpr int cuts = 40;
+double deepest(const std::vector<Vec<Dim>>& points, const Solid<Dim>& solid) {
   double depth = -std::numeric_limits<double>::infinity();
-  for (const Vec<Dim>& x : surface_points(*body.solid, cuts))
-    depth = std::max(depth, -other.solid->nearest(x).distance);
+  for (const Vec<Dim>& x : points) depth = std::max(depth, -solid.nearest(x).distance);
   return depth;
 }
 
@@ -240,7 +238,7 @@ double depth_of(const RigidBody<Dim>& body, const RigidBody<Dim>& other) {
 template <int Dim>
 void ScenarioBuilder<Dim>::check_overlap_of_bodies() {
   using Overlap = BodyOverlap<Dim>;
-  constexpr double share_of_size = 0.05;
+  constexpr double share_of_size = 0.05;  // of a free body: so deep it may be in another one
   const double least = Overlap::least_share * outer_cell().minCoeff();
   const auto entries = get_list(root_, "rigid_bodies");
   const std::size_t n = model_.rigid_bodies.size();
@@ -263,18 +261,26 @@ void ScenarioBuilder<Dim>::check_overlap_of_bodies() {
                           fmt::join(all.x, ", ")),
               "take the body out of the region of the particles, for example with \"difference\"");
   }
+  constexpr int cuts = 40;
+  std::vector<std::vector<Vec<Dim>>> points(n);  // of free bodies
+  const auto is_free = [&](std::size_t k) {
+    return model_.rigid_bodies[k].motion == RigidBody<Dim>::Motion::free;
+  };
   for (std::size_t k = 0; k < n; ++k)
-    for (std::size_t j = 0; j < n; ++j) {
-      const RigidBody<Dim>&body = model_.rigid_bodies[k], &other = model_.rigid_bodies[j];
-      const bool both = other.motion == RigidBody<Dim>::Motion::free;
-      if (j == k || body.motion != RigidBody<Dim>::Motion::free || (both && j < k)) continue;
-      const auto [low, high] = body.solid->bounds();
-      const double depth = std::max(depth_of(body, other), both ? depth_of(other, body) : 0.0);
+    if (is_free(k)) points[k] = surface_points(*model_.rigid_bodies[k].solid, cuts);
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t j = k + 1; j < n; ++j) {
+      const std::size_t free = is_free(k) ? k : j;
+      if (!is_free(free)) continue;
+      const RigidBody<Dim>&one = model_.rigid_bodies[k], &other = model_.rigid_bodies[j];
+      const auto [low, high] = model_.rigid_bodies[free].solid->bounds();
+      const double depth =
+          std::max(deepest(points[k], *other.solid), deepest(points[j], *one.solid));
       if (!(depth > share_of_size * (high - low).maxCoeff())) continue;
       in_.error(
-          *entries[k]->find("region"),
+          *entries[free]->find("region"),
           fmt::format("the rigid bodies '{}' and '{}' begin inside of each other, {:.3g} m deep",
-                      body.name, other.name, depth),
+                      one.name, other.name, depth),
           "a free body may touch others where it begins; contact pushes it out of them");
     }
 }
