@@ -375,6 +375,8 @@ class ScenarioBuilder {
   void warn_of_distant_gauges();
   void warn_of_open_sides();
   void warn_of_distant_bodies();
+  void warn_of_fine_maps();
+  void warn_of_short_terrain();
   void warn_of_no_load();
   // scenario_doubts_bodies.cpp
   bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM

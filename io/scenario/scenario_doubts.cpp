@@ -56,6 +56,8 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_distant_gauges();
   warn_of_open_sides();
   warn_of_distant_bodies();
+  warn_of_fine_maps();
+  warn_of_short_terrain();
   warn_of_no_load();
   warn_of_fields();
 }

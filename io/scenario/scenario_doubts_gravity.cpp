@@ -41,26 +41,6 @@ std::string extent_along(const std::pair<Vec<Dim>, Vec<Dim>>& mesh, int axes) {
   return extent;
 }
 
-/// A particle counts for the cell of a map that its centre is in: in cells about as wide as
-/// particles are apart some have none, others twice as many.
-template <int Dim>
-void warn_of_fine_maps(const Model<Dim>& model, const Team& team, auto&& warn) {
-  constexpr double least = 1.5;  // cells over the distance of particles
-  const MapPlan& maps = model.output.measured.maps;
-  if (!maps.wanted) return;
-  const auto& volumes = model.particles.volume;
-  const auto largest = std::max_element(volumes.begin(), volumes.end());
-  const double distance = std::pow(
-      team.most(std::vector<double>{largest == volumes.end() ? 0.0 : *largest}).front(), 1.0 / Dim);
-  if (!(maps.cell < least * distance)) return;
-  warn(fmt::format("cells of the maps, {:.3g} m, are small for particles that are {:.3g} m apart: "
-                   "thickness will be too large in some and missing in others",
-                   maps.cell, distance),
-       fmt::format("a cell_size of {:.3g} m or more; two particles per cell and direction are "
-                   "usual",
-                   2 * distance));
-}
-
 }  // namespace
 
 // Up, along +y or +z, where all that holds the material lies at its foot or below.
@@ -206,11 +186,6 @@ void ScenarioBuilder<Dim>::warn_of_open_sides() {
 // Whole lines and sections may begin outside, but what is there has no rows but zeros.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
-  warn_of_fine_maps(model_, team_, [&](const std::string& message, const std::string& hint) {
-    const JsonValue& maps = *section("post_processing").find("maps");
-    const JsonValue* cell = maps.find("cell_size");
-    in_.warning(cell ? *cell : maps, message, hint);
-  });
   const auto [low, high] = mesh_->bounds();
   const auto entries = get_list(section("post_processing"), "gauges");
   const auto& gauges = model_.output.measured.gauges;
@@ -268,23 +243,59 @@ void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
     const auto [low, high] = bodies[k].solid->bounds();
     const bool apart =
         (low.array() > mesh.second.array()).any() || (high.array() < mesh.first.array()).any();
-    const JsonValue* region = entries[k]->find("region");
-    for (int d = 0; d < Dim - 1 && !apart && region && region->find("below"); ++d) {
-      const double cell = outer_cell()[d];
-      if (low[d] <= mesh.first[d] + cell && high[d] >= mesh.second[d] - cell) continue;
-      in_.warning(
-          *region,
-          fmt::format("the rigid body '{}' ends inside of the mesh, at {} = {:.6g}: what "
-                      "moves beyond falls",
-                      bodies[k].name, "xyz"[d], low[d] > mesh.first[d] + cell ? low[d] : high[d]),
-          extent_along<Dim>(mesh, Dim - 1));
-    }
     if (!apart || bodies[k].motion != RigidBody<Dim>::Motion::fixed) continue;
     in_.warning(
         *entries[k],
         fmt::format("the rigid body '{}' lies outside of the mesh, where it touches nothing",
                     bodies[k].name),
         extent_along<Dim>(mesh, Dim));
+  }
+}
+
+// A particle counts for the cell of a map that its centre is in: of cells about as wide as
+// particles are apart some have none, others twice as many.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_fine_maps() {
+  constexpr double least = 1.5;  // cells over the distance of particles
+  const MapPlan& plan = model_.output.measured.maps;
+  if (!plan.wanted) return;
+  double largest = 0;
+  for (const double volume : model_.particles.volume) largest = std::max(largest, volume);
+  const double distance = std::pow(team_.most(std::vector<double>{largest}).front(), 1.0 / Dim);
+  if (!(plan.cell < least * distance)) return;
+  const JsonValue& maps = *section("post_processing").find("maps");
+  const JsonValue* cell = maps.find("cell_size");
+  in_.warning(cell ? *cell : maps,
+              fmt::format("cells of the maps, {:.3g} m, are small for particles that are {:.3g} m "
+                          "apart: thickness will be too large in some and missing in others",
+                          plan.cell, distance),
+              fmt::format("a cell_size of {:.3g} m or more; two particles per cell and direction "
+                          "are usual",
+                          2 * distance));
+}
+
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_short_terrain() {
+  const auto mesh = mesh_->bounds();
+  const Vec<Dim> cell = outer_cell();
+  const auto entries = get_list(root_, "rigid_bodies");
+  const auto& bodies = model_.rigid_bodies;
+  for (std::size_t k = 0; k < std::min(entries.size(), bodies.size()); ++k) {
+    const JsonValue* region = entries[k]->find("region");
+    if (!region || !region->find("below")) continue;
+    const auto [low, high] = bodies[k].solid->bounds();
+    if ((low.array() > mesh.second.array()).any() || (high.array() < mesh.first.array()).any())
+      continue;  // it touches nothing
+    for (int d = 0; d < Dim - 1; ++d) {
+      const bool begins = low[d] > mesh.first[d] + cell[d],
+                 ends = high[d] < mesh.second[d] - cell[d];
+      if (!begins && !ends) continue;
+      in_.warning(*region,
+                  fmt::format("the rigid body '{}' ends inside of the mesh, at {} = {:.6g}: what "
+                              "moves beyond falls",
+                              bodies[k].name, "xyz"[d], begins ? low[d] : high[d]),
+                  extent_along<Dim>(mesh, Dim - 1));
+    }
   }
 }
 
