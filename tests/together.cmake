@@ -2,10 +2,10 @@
 # same for the next. Each file stands in a namespace of its own, so that their names do not meet.
 #
 # As a script: writes one of the sources that lahar_tests_together() adds.
-#   cmake -D "files=FILE FILE..." -D output=FILE -P together.cmake
+#   cmake -D "files=FILE|FILE..." -D output=FILE -P together.cmake
 
 if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
-  separate_arguments(files)
+  string(REPLACE "|" ";" files "${files}")
   set(includes "")
   set(bodies "")
   foreach(file IN LISTS files)
@@ -51,7 +51,7 @@ function(lahar_tests_together variable)
   foreach(group RANGE ${groups})
     if(group_${group})
       set(output ${CMAKE_CURRENT_BINARY_DIR}/together/${variable}_${group}.cpp)
-      list(JOIN group_${group} " " files)
+      list(JOIN group_${group} "|" files)
       add_custom_command(OUTPUT ${output} DEPENDS ${group_${group}} ${together_script}
         COMMAND ${CMAKE_COMMAND} -D "files=${files}" -D output=${output} -P ${together_script}
         COMMENT "Together: ${variable} ${group}" VERBATIM)
