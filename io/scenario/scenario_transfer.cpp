@@ -29,6 +29,9 @@ double smoothing(ShapeFunctions functions, int order) {
   return order > 1 ? 1.0 / 12.0 : 1.0 / 6.0;
 }
 
+/// A liquid's own viscosity matters where it is above this share of the transfer's.
+constexpr double viscous_share = 0.1;
+
 /// Kinematic viscosity [m^2/s] of the least viscous liquid that has one; 0 where there are others.
 template <int Dim>
 double least_viscosity(const Model<Dim>& model) {
@@ -197,13 +200,13 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   }
   if (const double own = least_viscosity(model_); depth == 0 && own > 0 && mesh_) {
     // What a viscous liquid has itself calms it, too; what is added beside it should not slow it.
-    constexpr double matters = 0.1, beside = 0.05;  // of the viscosity of the transfer, of its own
+    constexpr double beside = 0.05;  // of its own viscosity
     double c = std::numeric_limits<double>::infinity();
     for (const Material& material : model_.materials) c = std::min(c, speed_of(material));
     const double h = outer_cell().minCoeff();
     const double added =
         *relaxation_ * c * h * smoothing(model_.analysis.functions, info(mesh_->element()).order);
-    if (own > matters * added)
+    if (own > viscous_share * added)
       *relaxation_ *= std::max(added - own, std::min(added, beside * own)) / added;
   }
   const auto setting = [&](double value) {
@@ -267,10 +270,10 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   for (const double c : slowest)
     a.transfer.rates.push_back(relaxation_time_ ? 1.0 / *relaxation_time_
                                                 : std::max(relaxation_.value_or(0) * c / h, least));
-  constexpr double matters = 0.1, too_much = 0.2;  // of the transfer's viscosity, of a liquid's own
+  constexpr double too_much = 0.2;  // of a liquid's own viscosity
   const double added = a.transfer.smoothing * a.transfer.rates.front(),
                own = least_viscosity(model_);
-  if (own > matters * added && added > too_much * own)
+  if (own > viscous_share * added && added > too_much * own)
     in_.warning(root_,
                 fmt::format("the velocity transfer has a viscosity of {:.3g} m^2/s beside the "
                             "{:.3g} m^2/s of the liquid: it will flow too slowly",

@@ -198,9 +198,10 @@ std::vector<KeySpec> material_keys() {
   all.push_back(planned("regularization_parameter", "s", "regularization (dialect of the fork)",
                         {"Bingham"}));
   for (const std::string_view key : {"packing_fraction", "packing_fraction_minimum"})
-    all.push_back(planned(
-        key, "-", "grains by whole volume, below which there is no stress (dialect of the fork)",
-        {"MohrCoulomb"}));
+    all.push_back(
+        planned(key, "-",
+                "volume of grains over the whole: looser soil has no stress (dialect of the fork)",
+                {"MohrCoulomb"}));
   for (const std::string_view k : {"k_x", "k_y", "k_z"})
     all.push_back({.key = k,
                    .kinds = number,

@@ -285,11 +285,11 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
   if (patch.contact.meetings.empty()) return;
   const Analysis& analysis = step.model->analysis;
   const double dt = step.dt;
-  const bool again = damps_net_force(analysis);
+  const bool damps_net = damps_net_force(analysis);
   const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
   NodeContact<Dim> contact(patch);
   for_each_meeting_place(patch, [&](std::span<Meeting<Dim>> meetings) {
-    contact.begin(meetings, again ? dt : 0.0);
+    contact.begin(meetings, damps_net ? dt : 0.0);
     if (!contact.meet(dt, analysis.contact.friction)) return;
     // All work is taken with the mean velocity of the step, which contact has changed.
     for (const auto& field : contact.fields()) {
@@ -303,24 +303,24 @@ void apply_contact(Patch<Dim>& patch, const StepContext<Dim>& step, const Vec<Di
       patch.work.damping += paid;
       patch.work.friction += share.dot(field.against_friction);
       Vec<Dim> now = field.velocity;
-      if (again) {
+      if (damps_net) {
         auto damping = vector_at<Dim>(patch.damping, field.node);
         const Vec<Dim> anew = damping_with_contact(analysis, dt, field, start);
         now -= dt / field.mass * anew;
         patch.work.damping +=
             0.5 * dt * own_mass / field.mass * (anew.dot(start + now) - damping.dot(start + v));
         damping = anew;
+      } else if (analysis.damping > 0.0) {
+        patch.work.damping += 0.5 * dt * own_mass / field.mass *
+                              vector_at<Dim>(patch.damping, field.node).dot(field.change());
       }
-      const Vec<Dim> change = field.change(), all = again ? Vec<Dim>(now - v) : change;
+      const Vec<Dim> change = field.change(), all = now - v;
       v = now;
       a += all / dt;
       patch.contact.touched.push_back({field.node, {start, change, v}, field.rubbed});
       patch.work.damping -= own_mass * change.dot(0.5 * (start + v));
       patch.work.friction -= own_mass * field.rubbed.dot(0.5 * (start + v));
       patch.work.external += 0.5 * dt * own_mass * gravity.dot(all);
-      if (analysis.damping > 0.0 && !again)
-        patch.work.damping += 0.5 * dt * own_mass / field.mass *
-                              vector_at<Dim>(patch.damping, field.node).dot(change);
       if (field.wall)
         patch.work.damping -=
             0.5 * own_mass *

@@ -24,8 +24,8 @@ LAHAR_INLINE NodeVector damping_force(const Analysis& analysis, double dt, const
   return with_mass(NodeVector::of(signed_force), zero);
 }
 
-/// Whether damping takes its share of what is out of balance, of which what holds a node is a part:
-/// reactions of walls and of other bodies are known before it is.
+/// Whether damping is a share of the net force, which other bodies leave. Viscous damping is none
+/// of a force, and that of CB-Geo MPM is a share of the force without contact.
 inline bool damps_net_force(const Analysis& analysis) {
   return analysis.damping > 0.0 && !analysis.viscous_damping && !analysis.damping_as_cbgeo;
 }

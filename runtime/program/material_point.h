@@ -19,9 +19,9 @@ class MaterialPoint {
 
   /// The same where components with `stress_controlled` are to reach `target`: their strain
   /// increments are found by Broyden's method, or else Newton's with a numerical tangent, with
-  /// steps that are halved while they bring nothing, and by parts of the increment where they find
-  /// nothing. `increment` holds those of the others, and a
-  /// first guess of these; then all. False (and nothing changes) if the stress cannot be reached.
+  /// steps that are halved while they bring nothing. Where both find nothing, the increment is
+  /// divided. `increment` holds those of the others, and a first guess of these; then all. False
+  /// (and nothing changes) if the stress cannot be reached.
   bool load_by(Voigt& increment, const std::array<bool, 6>& stress_controlled, const Voigt& target,
                double dt);
 

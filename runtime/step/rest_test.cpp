@@ -14,14 +14,14 @@ namespace lahar {
 
 namespace {
 
-/// [s] from when on a factor stays as it is; of a sine without an end, minus infinity.
+/// [s] A factor does not change after this time. A sine without an end keeps no run from its end.
 double settled_at(const MathFunction& function) {
-  constexpr double never = std::numeric_limits<double>::lowest();
+  constexpr double always = std::numeric_limits<double>::lowest();
   if (function.kind == MathFunction::Kind::sine)
-    return function.hi < std::numeric_limits<double>::max() ? function.hi : never;
+    return function.hi < std::numeric_limits<double>::max() ? function.hi : always;
   std::size_t last = function.f.size();
   while (last > 1 && function.f[last - 1] == function.f[last - 2]) --last;
-  return last > 1 ? function.x[last - 1] : never;
+  return last > 1 ? function.x[last - 1] : always;
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ TEST_CASE("a block slides on a floor with the friction that was asked for") {
   check({.tilt = 0.2}, "on an incline");
 }
 
-// The block trembles at first, of which damping takes its share, too: so the second half counts.
+// The block trembles at first. Damping takes its share of that, too. So the second half counts.
 TEST_CASE("Cundall's damping slows a block that slides down a floor by its factor") {
   constexpr double tilt = 0.35;
   const double free = std::sin(tilt) - mu * std::cos(tilt);
