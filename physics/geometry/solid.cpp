@@ -174,6 +174,12 @@ class Below final : public Solid<Dim> {
     const auto there = surface_->at(foot);
     return std::isnan(there.height) ? first : to_plane(x, foot, there);
   }
+  bool is_beyond(const Vec<Dim>& x, double distance) const override {
+    constexpr double steep = 0.5;
+    const double height = surface_->height(x), cosine = surface_->least_cosine();
+    if (std::isnan(height) || (x[Dim - 1] - height) * cosine >= distance) return true;
+    return cosine < steep && nearest(x).distance >= distance;
+  }
   Bounds<Dim> bounds() const override {
     Bounds<Dim> box = surface_->bounds();
     box.first[Dim - 1] = -inf;

@@ -22,6 +22,10 @@ class Solid {
   virtual ~Solid() = default;
   /// Right near the surface; far away at least the side is right, and the distance not too large.
   virtual Nearest nearest(const Vec<Dim>& x) const = 0;
+  /// Whether x is certainly outside by `distance` [m] or more; asks less than nearest().
+  virtual bool is_beyond(const Vec<Dim>& x, double distance) const {
+    return nearest(x).distance >= distance;
+  }
   /// Whether x is inside or on the surface.
   virtual bool contains(const Vec<Dim>& x) const { return nearest(x).distance <= 0; }
   /// Box around it; infinite where it has no end.

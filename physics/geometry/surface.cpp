@@ -8,46 +8,54 @@ namespace lahar {
 
 namespace {
 
-double mean_step(const std::vector<double>& axis) {
-  return (axis.back() - axis.front()) / static_cast<double>(axis.size() - 1);
-}
-
-bool is_uniform(const std::vector<double>& axis) {
-  const double step = mean_step(axis);
-  for (std::size_t i = 0; i < axis.size(); ++i)
-    if (std::abs(axis[i] - axis.front() - static_cast<double>(i) * step) > 1e-9 * step)
-      return false;
-  return true;
-}
-
 /// Where a coordinate lies on an axis: after point `i`, by the share `t` of the way to the next.
 struct OnAxis {
   std::size_t i = 0;
   double t = 0, length = 1;
 };
 
-/// x lies on the axis.
-[[gnu::always_inline]] inline OnAxis find(const std::vector<double>& points, bool uniform,
+/// x lies on the axis, which has `per_length` steps per length in the mean.
+[[gnu::always_inline]] inline OnAxis find(const std::vector<double>& points, double per_length,
                                           double x) {
   const double* axis = points.data();
   const std::size_t last = points.size() - 2;
-  const double from_first = x - axis[0];
-  std::size_t i;
-  if (uniform) {
-    i = std::min(static_cast<std::size_t>(from_first / mean_step(points)), last);
-  } else {
-    // Often only the ends differ: then the place is this one or beside it.
-    const double share = from_first / (axis[last + 1] - axis[0]);
-    i = std::min(static_cast<std::size_t>(share * static_cast<double>(last + 1)), last);
-    if (i > 0 && x < axis[i]) --i;
-    if (i < last && x >= axis[i + 1]) ++i;
-    if (x < axis[i] || (i < last && x >= axis[i + 1])) {
-      const auto above = std::upper_bound(points.begin(), points.end(), x) - points.begin();
-      i = std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - 1, 0)), last);
-    }
+  // Of equal steps, and where only the ends differ, the place is this one or beside it.
+  std::size_t i = std::min(static_cast<std::size_t>((x - axis[0]) * per_length), last);
+  if (i > 0 && x < axis[i]) --i;
+  if (i < last && x >= axis[i + 1]) ++i;
+  if (x < axis[i] || (i < last && x >= axis[i + 1])) {
+    const auto above = std::upper_bound(points.begin(), points.end(), x) - points.begin();
+    i = std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - 1, 0)), last);
   }
   const double length = axis[i + 1] - axis[i];
   return {i, (x - axis[i]) / length, length};
+}
+
+/// The square of the steepest slope [-] of what is bilinear between points.
+double steepest(const std::vector<double>& x, const std::vector<double>& y,
+                const std::vector<float>& heights) {
+  double most = 0;
+  const std::size_t n = x.size(), rows = heights.size() / n;
+  // Along each axis the slope is between those of two edges.
+  for (std::size_t j = 0; j < rows; ++j)
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      const auto along = [&](std::size_t row) {
+        const double rise = heights[row * n + i + 1] - heights[row * n + i];
+        return std::abs(rise / (x[i + 1] - x[i]));
+      };
+      if (rows == 1) {
+        most = std::max(most, along(0) * along(0));
+        continue;
+      }
+      if (j + 1 == rows) break;
+      const auto across = [&](std::size_t column) {
+        const double rise = heights[(j + 1) * n + column] - heights[j * n + column];
+        return std::abs(rise / (y[j + 1] - y[j]));
+      };
+      const double a = std::max(along(j), along(j + 1)), b = std::max(across(i), across(i + 1));
+      if (const double slope = a * a + b * b; slope > most) most = slope;  // not where unknown
+    }
+  return most;
 }
 
 }  // namespace
@@ -57,7 +65,9 @@ Surface<Dim>::Surface(Axes axes, std::vector<float> heights)
     : axes_(std::move(axes)), heights_(std::move(heights)) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   for (std::size_t d = 0; d < plan; ++d) {
-    uniform_[d] = is_uniform(axes_[d]);
+    if (axes_[d].size() > 1)
+      per_length_[d] =
+          static_cast<double>(axes_[d].size() - 1) / (axes_[d].back() - axes_[d].front());
     bounds_.first[static_cast<int>(d)] = axes_[d].front();
     bounds_.second[static_cast<int>(d)] = axes_[d].back();
   }
@@ -66,6 +76,8 @@ Surface<Dim>::Surface(Axes axes, std::vector<float> heights)
     if (!std::isnan(h)) low = std::min<double>(low, h), high = std::max<double>(high, h);
   bounds_.first[plan] = low;
   bounds_.second[plan] = high;
+  if (!heights_.empty())
+    least_cosine_ = 1 / std::sqrt(1 + steepest(axes_[0], axes_[plan - 1], heights_));
 }
 
 template <int Dim>
@@ -75,7 +87,7 @@ typename Surface<Dim>::Point Surface<Dim>::at(const Vec<Dim>& x) const {
   for (std::size_t d = 0; d < plan; ++d) {
     const double at = x[static_cast<int>(d)];
     if (axes_[d].size() < 2 || !(at >= axes_[d].front() && at <= axes_[d].back())) return none;
-    on[d] = find(axes_[d], uniform_[d], at);
+    on[d] = find(axes_[d], per_length_[d], at);
   }
   Point point{0, Vec<Dim>::Zero()};
   if constexpr (Dim == 2) {
@@ -105,8 +117,8 @@ typename Surface<Dim>::Range Surface<Dim>::range(const Vec<Dim>& low, const Vec<
     const double a = low[static_cast<int>(d)], b = high[static_cast<int>(d)];
     if (axis.size() < 2 || !(b >= axis.front() && a <= axis.back())) return {inf, -inf, false};
     out.complete = out.complete && a >= axis.front() && b <= axis.back();
-    from[d] = find(axis, uniform_[d], std::max(a, axis.front())).i;
-    const OnAxis on = find(axis, uniform_[d], std::min(b, axis.back()));
+    from[d] = find(axis, per_length_[d], std::max(a, axis.front())).i;
+    const OnAxis on = find(axis, per_length_[d], std::min(b, axis.back()));
     to[d] = on.t > 0 || on.i == from[d] ? on.i + 1 : on.i;
   }
   for (std::size_t j = from[1]; j <= to[1]; ++j)

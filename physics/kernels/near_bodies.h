@@ -25,13 +25,21 @@ class Bodies {
   typename Solid<Dim>::Nearest nearest(std::size_t k, const Vec<Dim>& x) const {
     const RigidBody<Dim>& body = bodies_[k];
     if (body.stays()) return body.solid->nearest(x);
-    const auto& at = at_[k];
-    auto found = body.solid->nearest(body.centre + at.axes.transpose() * (x - at.origin));
-    found.normal = at.axes * found.normal;
+    auto found = body.solid->nearest(in_body(k, x));
+    found.normal = at_[k].axes * found.normal;
     return found;
+  }
+  /// Whether x is certainly outside of body k by `distance` [m] or more.
+  bool is_beyond(std::size_t k, const Vec<Dim>& x, double distance) const {
+    const RigidBody<Dim>& body = bodies_[k];
+    return body.solid->is_beyond(body.stays() ? x : in_body(k, x), distance);
   }
 
  private:
+  Vec<Dim> in_body(std::size_t k, const Vec<Dim>& x) const {
+    return bodies_[k].centre + at_[k].axes.transpose() * (x - at_[k].origin);
+  }
+
   const std::vector<RigidBody<Dim>>& bodies_;
   const std::vector<Placement<Dim>>& at_;
 };

@@ -77,15 +77,18 @@ NearestPack<Dim> find_nearest(const TouchingPack<Dim>& at, unsigned bits, const 
   return near;
 }
 
-/// Which of the particles whose bits are set are further from all bodies than they get in a step.
+/// Which of the particles whose bits are set are certainly further from all bodies than they get in
+/// a step.
 template <int Dim>
 unsigned which_are_away(const TouchingPack<Dim>& at, unsigned bits, const Bodies<Dim>& bodies,
                         double step) {
-  for (std::size_t k = 0; k < bodies.size() && bits != 0; ++k) {
-    const auto near = find_nearest(at, bits, bodies, k);
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    unsigned beyond = 0;
     for_each_bit(bits, [&](std::size_t lane) {
-      bits &= ~(static_cast<unsigned>(near[lane].distance < at[lane].reach + step) << lane);
+      const bool is = bodies.is_beyond(k, at[lane].x, at[lane].reach + step);
+      beyond |= static_cast<unsigned>(is) << lane;
     });
+    bits &= beyond;
   }
   return bits;
 }

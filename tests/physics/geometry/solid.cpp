@@ -2,8 +2,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <random>
+#include <vector>
 
 #include "tests/physics/geometry/solid_samples.h"
 
@@ -119,4 +123,40 @@ TEST_CASE("below a surface, distances are those to its tangent") {
   CHECK(!ground->contains({0.5, 0.51}));
   CHECK(ground->bounds().first == Vec<2>(0, -inf));
   CHECK(ground->bounds().second == Vec<2>(2, 1));
+}
+
+TEST_CASE("what is said to be beyond a distance from terrain is so, gentle or steep") {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> height(0, 1), share(0, 3);
+  for (const double relief : {0.0, 0.3, 5.0}) {
+    std::vector<double> axis;
+    for (int i = 0; i <= 6; ++i) axis.push_back(i);
+    std::vector<float> heights;
+    for (int i = 0; i < 49; ++i) heights.push_back(static_cast<float>(relief * height(random)));
+    const auto surface = std::make_shared<const Surface<3>>(Surface<3>::Axes{axis, axis}, heights);
+    const auto ground = below<3>(surface);
+    std::vector<Vec<3>> points;  // of the surface
+    for (int i = 0; i <= 120; ++i)
+      for (int j = 0; j <= 120; ++j) {
+        Vec<3> x(0.05 * i, 0.05 * j, 0);
+        x[2] = surface->height(x);
+        points.push_back(x);
+      }
+    int beyond = 0;
+    for (int i = 0; i < 200; ++i) {
+      Vec<3> x = random_point<3>(random, 1, 5);
+      x[2] = surface->height(x) + share(random);
+      const double asked = share(random);
+      CHECK_FALSE(ground->is_beyond(x - Vec<3>(0, 0, 4), asked));
+      if (!ground->is_beyond(x, asked)) continue;
+      ++beyond;
+      double nearest = inf;
+      for (const Vec<3>& at : points) nearest = std::min(nearest, (x - at).norm());
+      if (relief < 1)
+        CHECK(nearest >= asked);
+      else  // as contact sees it: by tangent planes
+        CHECK((nearest >= asked || ground->nearest(x).distance >= asked));
+    }
+    CHECK(beyond > 20);
+  }
 }
