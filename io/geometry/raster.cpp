@@ -18,7 +18,8 @@ struct Raster::Source {
   Index columns = 0, rows = 0;
   double scale = 1, offset = 0;
   double no_data = std::numeric_limits<double>::quiet_NaN();
-  bool masked = false;  ///< by more than `no_data`
+  bool masked = false;    ///< by more than `no_data`
+  std::string all_known;  ///< a file that declares no value for what is not known; or none
 };
 
 namespace {
@@ -31,6 +32,11 @@ constexpr Index cells_at_once = Index{1} << 22;
 
 [[noreturn]] void fail(const std::string& message, const std::string& hint = "") {
   throw InputError({Problem{.message = message, .hint = hint}});
+}
+
+/// Values that programs write where nothing is known.
+bool is_usual_no_data(float value) {
+  return value == -9999.F || value == -99999.F || value == -32768.F || value < -1e30F;
 }
 
 Dataset open(const MapFile& file) {
@@ -121,6 +127,8 @@ Raster::Raster(const std::vector<MapFile>& tiles, std::string_view unit)
     parts.push_back(open(tile));
     check_band(parts.back(), tile, unit);
     transform_of(parts.back(), tile);
+    GDALRasterBandH band = gdal().GDALGetRasterBand(parts.back().get(), 1);
+    if ((gdal().GDALGetMaskFlags(band) & GMF_ALL_VALID) != 0) source_->all_known = tile.name;
     const std::string reference =
         plane_reference(gdal().GDALGetSpatialRef(parts.back().get()), tile.name);
     if (parts.size() > 1 && reference.empty() == reference_.empty() && !reference.empty() &&
@@ -220,6 +228,19 @@ std::vector<float> Raster::read(const Part& part, Index begin, Index end) const 
   if (!take(s.band, read) || (s.masked && !take(gdal().GDALGetMaskBand(s.band), mask)))
     fail(fmt::format("the raster cannot be read: {}", QuietGdal::said()),
          "is the file whole? gdalinfo -stats reads all of it");
+  if (!s.all_known.empty()) {
+    std::vector<float> cells = read;
+    extra.eResampleAlg = GRIORA_NearestNeighbour;  // a mean hides the value
+    if (part.factor == 1 || take(s.band, cells))
+      for (const float value : cells)
+        if (is_usual_no_data(value))
+          fail(fmt::format("'{}' has the value {}, which means in most rasters that nothing is "
+                           "known there, but does not say so",
+                           s.all_known, value),
+               fmt::format("gdal_edit.py -a_nodata {} says it in a GeoTIFF, a line NODATA_value {} "
+                           "in the header of an ASCII grid",
+                           value, value));
+  }
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
   const auto none = static_cast<float>(s.no_data);
   for (std::size_t i = 0; i < read.size(); ++i) {

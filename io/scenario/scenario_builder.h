@@ -360,6 +360,7 @@ class ScenarioBuilder {
       }
   }
   void warn_of_overlap(const std::vector<Box>& boxes);
+  void warn_of_thick_loads();
   /// Whether boxes are further from each other than `gap` along an axis.
   static bool apart(const Box& a, const Box& b, const Vec<Dim>& gap);
   // scenario_doubts_units.cpp
@@ -375,9 +376,13 @@ class ScenarioBuilder {
   void warn_of_distant_gauges();
   void warn_of_open_sides();
   void warn_of_distant_bodies();
+  void warn_of_no_load();
+  // scenario_doubts_maps.cpp
+  std::string mesh_extent(int axes) const;  ///< where the mesh lies along its first axes, as text
   void warn_of_fine_maps();
   void warn_of_short_terrain();
-  void warn_of_no_load();
+  void warn_of_holes();
+  void warn_of_cut_polygons();
   // scenario_doubts_bodies.cpp
   bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM
   void warn_of_bonds();

@@ -31,16 +31,6 @@ std::string text_of(const Vec<Dim>& x) {
   return "[" + text + "]";
 }
 
-/// Where a mesh lies along its first axes.
-template <int Dim>
-std::string extent_along(const std::pair<Vec<Dim>, Vec<Dim>>& mesh, int axes) {
-  std::string extent = "the mesh has ";
-  for (int d = 0; d < axes; ++d)
-    extent += fmt::format("{}{} from {:.6g} to {:.6g}", d > 0 ? ", " : "", "xyz"[d], mesh.first[d],
-                          mesh.second[d]);
-  return extent;
-}
-
 }  // namespace
 
 // Up, along +y or +z, where all that holds the material lies at its foot or below.
@@ -214,7 +204,7 @@ void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
                     fmt::format("the plane of the gauge '{}' does not meet the mesh: nothing "
                                 "passes it",
                                 gauges[k].name),
-                    extent_along<Dim>({low, high}, Dim));
+                    mesh_extent(Dim));
       continue;
     }
     const auto& places = gauges[k].places;
@@ -229,7 +219,7 @@ void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
         at ? *at : *entries[k],
         fmt::format("{} of the gauge '{}' {} outside of the mesh, where nothing is measured", which,
                     gauges[k].name, lost == 1 ? "lies" : "lie"),
-        extent_along<Dim>({low, high}, axes));
+        mesh_extent(axes));
   }
 }
 
@@ -248,54 +238,7 @@ void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
         *entries[k],
         fmt::format("the rigid body '{}' lies outside of the mesh, where it touches nothing",
                     bodies[k].name),
-        extent_along<Dim>(mesh, Dim));
-  }
-}
-
-// A particle counts for the cell of a map that its centre is in: of cells about as wide as
-// particles are apart some have none, others twice as many.
-template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_fine_maps() {
-  constexpr double least = 1.5;  // cells over the distance of particles
-  const MapPlan& plan = model_.output.measured.maps;
-  if (!plan.wanted) return;
-  double largest = 0;
-  for (const double volume : model_.particles.volume) largest = std::max(largest, volume);
-  const double distance = std::pow(team_.most(std::vector<double>{largest}).front(), 1.0 / Dim);
-  if (!(plan.cell < least * distance)) return;
-  const JsonValue& maps = *section("post_processing").find("maps");
-  const JsonValue* cell = maps.find("cell_size");
-  in_.warning(cell ? *cell : maps,
-              fmt::format("cells of the maps, {:.3g} m, are small for particles that are {:.3g} m "
-                          "apart: thickness will be too large in some and missing in others",
-                          plan.cell, distance),
-              fmt::format("a cell_size of {:.3g} m or more; two particles per cell and direction "
-                          "are usual",
-                          2 * distance));
-}
-
-template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_short_terrain() {
-  const auto mesh = mesh_->bounds();
-  const Vec<Dim> cell = outer_cell();
-  const auto entries = get_list(root_, "rigid_bodies");
-  const auto& bodies = model_.rigid_bodies;
-  for (std::size_t k = 0; k < std::min(entries.size(), bodies.size()); ++k) {
-    const JsonValue* region = entries[k]->find("region");
-    if (!region || !region->find("below")) continue;
-    const auto [low, high] = bodies[k].solid->bounds();
-    if ((low.array() > mesh.second.array()).any() || (high.array() < mesh.first.array()).any())
-      continue;  // it touches nothing
-    for (int d = 0; d < Dim - 1; ++d) {
-      const bool begins = low[d] > mesh.first[d] + cell[d],
-                 ends = high[d] < mesh.second[d] - cell[d];
-      if (!begins && !ends) continue;
-      in_.warning(*region,
-                  fmt::format("the rigid body '{}' ends inside of the mesh, at {} = {:.6g}: what "
-                              "moves beyond falls",
-                              bodies[k].name, "xyz"[d], begins ? low[d] : high[d]),
-                  extent_along<Dim>(mesh, Dim - 1));
-    }
+        mesh_extent(Dim));
   }
 }
 

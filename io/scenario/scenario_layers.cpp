@@ -13,6 +13,9 @@ namespace {
 constexpr double most_parts_of_edge = 64;
 constexpr int default_parts = 2;  ///< the same as there
 
+/// Wider ones are probably meant for another mesh [-].
+constexpr double most_cells_of_spacing = 1.2;
+
 /// A cell that is a whole number of spacings wide but for rounding has so many parts [-].
 constexpr double whole_number = 1e-6;
 
@@ -34,6 +37,11 @@ std::optional<int> ScenarioBuilder<Dim>::parts_of_cell(const JsonValue& generato
   }
   const double edge = outer_cell().maxCoeff();
   const double parts = std::max(1.0, std::ceil(edge / spacing->number() - whole_number));
+  if (spacing->number() > most_cells_of_spacing * edge)
+    in_.warning(*spacing,
+                fmt::format("a spacing of {} is wider than a cell, {}: each cell gets a particle",
+                            to_json(*spacing), edge),
+                "make cells twice as wide as particles are apart, or leave 'spacing' out");
   if (parts <= most_parts_of_edge) return static_cast<int>(parts);
   in_.error(
       *spacing,
