@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "io/base/text.h"
 #include "io/scenario/scenario_builder.h"
 
 namespace lahar {

@@ -269,6 +269,32 @@ void CaseRun::warn_of_unstable_step(const SimulationInfo& info) {
   console_.warn("lahar: warning: " + scenario_.warnings.back().message);
 }
 
+void CaseRun::warn_of_curved_cells(const Simulation& simulation) {
+  constexpr double most = 0.1;  // of a cell, until stresses err by tenths
+  if (outline_.curved_cell == 0) return;
+  double moved = 0;  // the square of a displacement
+  for (const PatchParticles& patch : simulation.particles_in_place())
+    for (const PatchColumn& column : patch.columns) {
+      if (std::string_view(column.name) != "displacement") continue;
+      for (const auto& [begin, end] : patch.bins)
+        for (Local p = begin; p < end; ++p) {
+          double square = 0;
+          for (int d = 0; d < column.components; ++d)
+            square += std::pow(column.first[static_cast<std::size_t>(d) * column.stride +
+                                            static_cast<std::size_t>(p)],
+                               2);
+          moved = std::max(moved, square);
+        }
+    }
+  const double share = ranks_.max(std::sqrt(moved)) / outline_.curved_cell;
+  if (share > most)
+    warn(fmt::format(
+        "particles have moved by up to {:.2g} of a cell. Stresses in cells of second order err by "
+        "tenths then. Meshes of equal boxes with linear cells have quadratic splines, which do "
+        "not.",
+        share));
+}
+
 void CaseRun::warn_of_empty_groups(const ChangedParticles& changed) {
   const auto look = [&](const std::vector<ParticleCount>& groups, const char* key) {
     for (std::size_t k = 0; k < groups.size(); ++k)

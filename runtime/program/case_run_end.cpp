@@ -89,6 +89,7 @@ int CaseRun::run_time_loop(Simulation& simulation) {
   const SimulationInfo info = simulation.info();
   if (end.status == RunStatus::finished && outline_.analysis.until.on())
     end.message = tell_rest(info.rest, simulation.step());
+  if (is_whole) warn_of_curved_cells(simulation);
   report(simulation, info, end, wall, is_whole);
   if (trace_) {
     const Index records = trace_->finish();

@@ -55,16 +55,18 @@ ModelOutline outline_of(const AnyModel& any) {
         const Mesh<Dim>& mesh = *model.mesh;
         std::vector<std::uint16_t> given;
         for (const auto& change : model.changes.materials) given.push_back(change.material);
-        return ModelOutline{.dim = Dim,
-                            .title = model.title,
-                            .mesh = mesh.is_structured()    ? "structured"
-                                    : mesh.is_cartesian()   ? "from a table, Cartesian"
-                                    : mesh.is_multilinear() ? "from a table, isoparametric"
-                                                            : info(mesh.element()).name,
-                            .materials = model.materials,
-                            .analysis = model.analysis,
-                            .output = model.output,
-                            .new_materials = std::move(given)};
+        return ModelOutline{
+            .dim = Dim,
+            .title = model.title,
+            .mesh = mesh.is_structured()    ? "structured"
+                    : mesh.is_cartesian()   ? "from a table, Cartesian"
+                    : mesh.is_multilinear() ? "from a table, isoparametric"
+                                            : info(mesh.element()).name,
+            .materials = model.materials,
+            .analysis = model.analysis,
+            .output = model.output,
+            .new_materials = std::move(given),
+            .curved_cell = info(mesh.element()).order == 2 ? mesh.mean_cell().minCoeff() : 0.0};
       },
       any);
 }
