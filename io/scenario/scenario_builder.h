@@ -369,6 +369,7 @@ class ScenarioBuilder {
   std::vector<Box> boxes_of_generators() const;  ///< of all; collective
   void warn_of_few_particles();
   void warn_of_stiff_materials();
+  void warn_of_viscous_steps();
   // scenario_doubts_gravity.cpp
   void warn_of_gravity_upward();
   void warn_of_gravity_across(const JsonValue& gravity);

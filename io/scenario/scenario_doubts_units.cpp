@@ -198,6 +198,35 @@ void ScenarioBuilder<Dim>::warn_of_stiff_materials() {
       "it touches");
 }
 
+// A yield stress makes a fluid very viscous where it hardly shears, and viscosity limits explicit
+// steps.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_viscous_steps() {
+  constexpr double most = 5;  // times as many steps as waves need
+  if (is_implicit(model_.analysis) || is_projection(model_.analysis)) return;
+  const auto materials = get_list(root_, "materials");
+  const double h = smallest_cell(*mesh_, team_);
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const auto* law = std::get_if<Bingham>(&model_.materials[m].law);
+    const JsonValue* rate = materials[m]->find("critical_shear_rate");
+    if (!law || !rate) continue;
+    const double density = model_.materials[m].density;
+    // As in the limit of the step (kernels/locate.cpp).
+    const double per_viscosity = 2.0 * Dim * 4.0 / 3.0 / (h * h * density);
+    const double waves = std::max(wave_speed(model_.materials[m]) / h, per_viscosity * law->mu);
+    const double longer = per_viscosity * law->viscosity() / waves;
+    if (!(longer > most)) continue;
+    in_.warning(
+        *rate,
+        fmt::format("below this shear rate '{}' has a viscosity of {:.3g} Pa s, which makes "
+                    "time steps {:.3g} times shorter than its waves need",
+                    model_.materials[m].name, law->viscosity(), longer),
+        fmt::format("with {:.2g} 1/s they are {:.0f} times shorter; the rate should be "
+                    "small beside the shear rates of the flow",
+                    law->critical_shear_rate * longer / most, most));
+  }
+}
+
 template class ScenarioBuilder<2>;
 template class ScenarioBuilder<3>;
 

@@ -10,8 +10,9 @@
 
 namespace lahar {
 
-/// Weakly compressible Bingham fluid: rigid (without shear stress) at shear rates up to a critical
-/// one, a yield stress and a plastic viscosity beyond.
+/// Weakly compressible Bingham fluid: very viscous at shear rates up to a critical one, a yield
+/// stress and a plastic viscosity beyond (the biviscous model of Beverly & Tanner 1992, J.
+/// Non-Newton. Fluid Mech. 42, 85-115).
 struct Bingham {
   double youngs_modulus, poisson_ratio;  ///< their bulk modulus compresses it
   double tau0, mu, critical_shear_rate;
@@ -27,7 +28,9 @@ struct Bingham {
       {"poisson_ratio", "-", "Poisson's ratio", &Bingham::poisson_ratio, Bound::poisson},
       {"tau0", "Pa", "yield stress", &Bingham::tau0, Bound::not_negative},
       {"mu", "Pa s", "plastic viscosity", &Bingham::mu, Bound::not_negative},
-      {"critical_shear_rate", "1/s", "shear rate below which there is no shear stress",
+      {"critical_shear_rate", "1/s",
+       "shear rate at which the yield stress is reached; below, the fluid creeps with a viscosity "
+       "of mu + tau0 / critical_shear_rate, which limits explicit steps",
        &Bingham::critical_shear_rate, Bound::positive},
       {"incompressible", "true: the law adds no pressure", &Bingham::incompressible},
       {"tension_limit", "Pa",
@@ -56,14 +59,14 @@ struct Bingham {
   /// The largest apparent viscosity.
   double viscosity() const { return mu + tau0 / critical_shear_rate; }
 
-  /// With D the rate of deformation and g = sqrt(2 D:D): p -= K d(eps_v) with the volumetric
-  /// increment at the cell's centre; sigma = -p I + 2 (tau0 / g + mu) D where g is above the
-  /// critical rate, -p I elsewhere (CB-Geo MPM, theory/material).
+  /// With D the rate of deformation and g = sqrt(2 D:D), or the critical rate where g is less:
+  /// p -= K d(eps_v) with the volumetric increment at the cell's centre;
+  /// sigma = -p I + 2 (tau0 / g + mu) D.
   ///
-  /// The reference code asks in addition that half the sum of squares of the normal components of
-  /// that shear stress be at least tau0^2, where its documentation has all components (for which it
-  /// is always true), so that nothing is left of it in simple shear; and in 2D it leaves the
-  /// pressure out of sigma_zz.
+  /// The reference code has -p I below the critical rate (CB-Geo MPM, theory/material). It asks in
+  /// addition that half the sum of squares of the normal components of the shear stress be at least
+  /// tau0^2, where its documentation has all components (for which it is always true), so that
+  /// nothing is left of it in simple shear; and in 2D it leaves the pressure out of sigma_zz.
   template <int Dim, class Real>
   LAHAR_INLINE void update(const LawInput<Dim, Real>& in, Real* stress, Real* pressure) const {
     Real normal2 = in.rate[0] * in.rate[0] + in.rate[1] * in.rate[1], shear2(0.0);
@@ -71,10 +74,13 @@ struct Bingham {
     LAHAR_UNROLL
     for (int k = 3; k < in.rows; ++k) shear2 += in.rate[k] * in.rate[k];
     const Real g = sqrt(2.0 * normal2 + shear2);
-    unsigned flows = greater(g, Real(std::max(critical_shear_rate, 1e-15)));
-    const Real apparent = 2.0 * (tau0 / select(flows, g, Real(1.0)) + mu);
-    if (as_cbgeo) flows &= ~greater(Real(tau0 * tau0), 0.5 * apparent * apparent * normal2);
-    const Real twice = select(flows, apparent, Real(0.0));
+    const Real critical(std::max(critical_shear_rate, 1e-15));
+    unsigned flows = greater(g, critical);
+    Real twice = 2.0 * (tau0 / select(flows, g, critical) + mu);
+    if (as_cbgeo) {
+      flows &= ~greater(Real(tau0 * tau0), 0.5 * twice * twice * normal2);
+      twice = select(flows, twice, Real(0.0));
+    }
     const double compressible = incompressible ? 0.0 : 1.0;
     *pressure -= compressible * bulk_modulus() * in.volumetric;
     *pressure = select(greater(Real(-tension_limit), *pressure), Real(-tension_limit), *pressure);

@@ -148,6 +148,23 @@ class RunTest(TestCase):
         self.assertTrue(any("density" in text for text in texts), texts)
         self.assertTrue(all(one.filename == __file__ for one in caught if one.category is lahar.LaharWarning))
 
+    def test_who_moves_through_cells_of_second_order_is_told_of_their_stresses(self):
+        x = [(i / 2, j / 2) for j in range(7) for i in range(7)]
+        at = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)]
+        cells = [[2 * i + a + 7 * (2 * j + b) for a, b in at] for j in range(3) for i in range(3)]
+        (self.folder / "mesh.txt").write_text("\n".join(
+            ["49 9", *(f"{a} {b}" for a, b in x), *(" ".join(map(str, cell)) for cell in cells)]))
+        case = column(end_time=0.25)
+        case["mesh"] = {"mesh": str(self.folder / "mesh.txt"), "cell_type": "ED2Q9"}
+        case["particles"][0]["generator"]["region"] = {"box": {"min": [1, 1.5], "max": [2, 2.5]}}
+        del case["sets"]
+        said = [text for text in self.command(case).manifest["warnings"] if "second order" in text]
+        self.assertEqual(len(said), 1)
+        self.assertRegex(said[0], "moved by up to 0.31 of a cell")
+        case["analysis"]["end_time"] = 0.05
+        self.assertFalse([text for text in self.command(case, "short").manifest["warnings"]
+                          if "second order" in text])
+
     def test_a_missing_folder_is_not_a_run(self):
         with self.assertRaises(FileNotFoundError):
             lahar.Run(self.folder)

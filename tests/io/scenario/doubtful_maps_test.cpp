@@ -134,3 +134,18 @@ TEST_CASE("particles further apart than cells are warned of") {
              "a spacing of 1 is wider than a cell, 0.5: each cell gets a particle"));
   CHECK_FALSE(says(said_of(folder, pulled(1.75, R"("spacing": 0.5)")), "wider than a cell"));
 }
+
+TEST_CASE("a yield stress whose viscosity at rest makes steps short is warned of") {
+  const Folder folder;
+  const auto with_rate = [&](const char* rate) {
+    std::string text = pulled(1.75);
+    const auto from = text.find("\"type\": \"LinearElastic2D\"");
+    text.replace(from, 25,
+                 fmt::format(R"("type": "Bingham", "tau0": 100, "mu": 1, "critical_shear_rate": {})",
+                             rate));
+    return said_of(folder, text);
+  };
+  CHECK(says(with_rate("1e-4"), "below this shear rate 'clay' has a viscosity of 1e+06 Pa s, which "
+                                "makes time steps 1"));
+  CHECK_FALSE(says(with_rate("0.05"), "shear rate"));
+}

@@ -63,7 +63,7 @@ def bingham(m, s, q, e, dt):
     p = q[0] - K * (e[0] + e[1] + e[2])
     D = [x / dt / (1 if k < 3 else 2) for k, x in enumerate(e)]
     g = math.sqrt(2 * dot(D, D) + 2 * dot(D[3:], D[3:]))
-    twice = 2 * (m["tau0"] / g + m["mu"]) if g > m["critical_shear_rate"] else 0
+    twice = 2 * (m["tau0"] / max(g, m["critical_shear_rate"]) + m["mu"])
     return [-p * (k < 3) + twice * D[k] for k in range(6)], [p]
 
 

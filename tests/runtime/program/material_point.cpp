@@ -144,16 +144,18 @@ TEST_CASE("von Mises in uniaxial tension: yield stress, then E H / (E + H)") {
   }
 }
 
-TEST_CASE("a Bingham fluid shears with tau0 + mu times the rate, and bears nothing at rest") {
+TEST_CASE(
+    "a Bingham fluid shears with tau0 + mu times the rate, and creeps below the critical one") {
   const Bingham law{.youngs_modulus = 1e6,
                     .poisson_ratio = 0.3,
                     .tau0 = 100,
                     .mu = 20,
                     .critical_shear_rate = 0.01};
-  for (const double rate : {0.005, 0.02, 3.0}) {
+  for (const double rate : {0.0, 0.005, 0.00999, 0.02, 3.0}) {
     MaterialPoint point(law, {});
     REQUIRE(point.strain_by({0, 0, 0, rate * 0.1, 0, 0}, 0.1));
-    CHECK(point.stress()[3] == doctest::Approx(rate > 0.01 ? 100 + 20 * rate : 0).epsilon(1e-14));
+    const double yield = 100 * std::min(1.0, rate / 0.01);
+    CHECK(point.stress()[3] == doctest::Approx(yield + 20 * rate).epsilon(1e-14));
   }
   MaterialPoint pressed(law, {});
   REQUIRE(pressed.strain_by({-1e-3, 0, 0, 0, 0, 0}, 1));
