@@ -122,7 +122,7 @@ class DriverBuilder {
   JsonValue& root_;
 };
 
-MaterialDriver read(ScenarioInput in, const ScenarioOptions& options) {
+MaterialDriver read_driver(ScenarioInput in, const ScenarioOptions& options) {
   JsonValue& root = in.document.root;
   if (root.valid())
     for (const auto& argument : options.overrides)
@@ -137,14 +137,14 @@ MaterialDriver read(ScenarioInput in, const ScenarioOptions& options) {
   return driver;
 }
 
-MaterialDriver read(const std::string& name, std::string text, std::filesystem::path folder,
-                    const ScenarioOptions& options) {
+MaterialDriver read_driver(const std::string& name, std::string text, std::filesystem::path folder,
+                           const ScenarioOptions& options) {
   static const Team alone;
   ProblemList problems;
   JsonDocument document(name, std::move(text), problems);
-  return read({name, std::move(document), std::move(problems), std::move(folder), "driver",
-               options.as_cbgeo, &alone},
-              options);
+  return read_driver({name, std::move(document), std::move(problems), std::move(folder), "driver",
+                      options.as_cbgeo, &alone},
+                     options);
 }
 
 }  // namespace
@@ -154,13 +154,13 @@ MaterialDriver read_material_driver(const std::filesystem::path& file,
   std::string reason;
   const auto text = read_text_file(file.string(), reason);
   if (!text) throw InputError({Problem{.file = file.string(), .message = "the driver " + reason}});
-  return read(file.string(), *text, file.parent_path(), options);
+  return read_driver(file.string(), *text, file.parent_path(), options);
 }
 
 MaterialDriver read_material_driver_text(const std::string& text,
                                          const std::filesystem::path& folder,
                                          const ScenarioOptions& options) {
-  return read("driver", text, folder, options);
+  return read_driver("driver", text, folder, options);
 }
 
 }  // namespace lahar

@@ -152,7 +152,7 @@ std::vector<Problem> of_stage(std::vector<Problem> problems, const std::string& 
   throw InputError(of_stage(in.problems.errors(in.file), in.stage));
 }
 
-Scenario read(ScenarioInput in, std::string text, const ScenarioOptions& options) {
+Scenario read_case(ScenarioInput in, std::string text, const ScenarioOptions& options) {
   in.memory = options.memory;
   in.phase = options.phase;
   in.marks = options.marks;
@@ -230,7 +230,7 @@ Scenario read_scenario(const std::filesystem::path& file, const ScenarioOptions&
       std::move(problems),  options.folder.empty() ? file.parent_path() : options.folder,
       file.stem().string(), options.as_cbgeo,
       &team_of(options)};
-  Scenario scenario = read(std::move(in), std::move(text), options);
+  Scenario scenario = read_case(std::move(in), std::move(text), options);
   scenario.file = file;
   return scenario;
 }
@@ -246,7 +246,7 @@ Scenario read_scenario_text(const std::string& text, const std::filesystem::path
                    std::filesystem::path(options.text_name).stem().string(),
                    options.as_cbgeo,
                    &team_of(options)};
-  return read(std::move(in), text, options);
+  return read_case(std::move(in), text, options);
 }
 
 }  // namespace lahar

@@ -381,7 +381,6 @@ void ScenarioBuilder<Dim>::name_output() {
   if (in_.planned && in_.problems.empty()) in_.planned(model_.output.folder);
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -136,7 +136,6 @@ void ScenarioBuilder<Dim>::warn_of_locking() {
   }
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -121,7 +121,6 @@ void ScenarioBuilder<Dim>::number_bodies() {
               "prescribe velocities, or leave out analysis.contact");
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

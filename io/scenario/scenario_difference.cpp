@@ -35,7 +35,7 @@ bool is_allowed(std::string_view where) {
   });
 }
 
-std::string text_of(const Json* value) {
+std::string text_of_json(const Json* value) {
   constexpr std::size_t most = 200;
   if (!value) return "not given";
   std::string text = value->dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -55,7 +55,7 @@ void compare(const std::string& where, const Json* before, const Json* now,
     for (std::size_t i = 0; i < before->size(); ++i)
       compare(where + '/' + std::to_string(i), &(*before)[i], &(*now)[i], found);
   } else if (!before || !now || *before != *now) {
-    found.push_back({where, text_of(before), text_of(now), is_allowed(where)});
+    found.push_back({where, text_of_json(before), text_of_json(now), is_allowed(where)});
   }
 }
 

@@ -14,8 +14,6 @@ namespace lahar {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 /// The stiffness by which gravity compresses a law, and the key that gives it.
 struct Stiffness {
   std::string_view name;
@@ -215,7 +213,6 @@ void ScenarioBuilder<Dim>::warn_of_fields() {
                   suggest(name.as<std::string>(), known, "fields"));
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 
 #include "io/json/json_source.h"
 #include "physics/base/types.h"
 
 namespace lahar {
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A generator and the rows of its particles.
 struct GeneratorRows {

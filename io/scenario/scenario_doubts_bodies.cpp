@@ -247,7 +247,6 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
                               block[m] == 3 ? "a quarter" : "an eighth"));
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

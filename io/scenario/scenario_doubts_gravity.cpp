@@ -13,8 +13,6 @@ namespace lahar {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 /// The axis of the largest component of gravity, if it is nearly all of it; -1 otherwise.
 template <int Dim>
 int upright_axis(const Vec<Dim>& gravity) {
@@ -25,7 +23,7 @@ int upright_axis(const Vec<Dim>& gravity) {
 }
 
 template <int Dim>
-std::string text_of(const Vec<Dim>& x) {
+std::string text_of_vector(const Vec<Dim>& x) {
   std::string text;
   for (int d = 0; d < Dim; ++d) text += fmt::format("{}{:g}", d > 0 ? ", " : "", x[d] + 0.0);
   return "[" + text + "]";
@@ -69,7 +67,7 @@ void ScenarioBuilder<Dim>::warn_of_gravity_upward() {
               fmt::format("gravity points up, along +{}, and all that holds the material is below "
                           "it",
                           "xyz"[up]),
-              fmt::format("is {} meant?", text_of<Dim>(down)));
+              fmt::format("is {} meant?", text_of_vector<Dim>(down)));
 }
 
 // Heights of surfaces are along y in two dimensions, along z in three.
@@ -85,7 +83,7 @@ void ScenarioBuilder<Dim>::warn_of_gravity_across(const JsonValue& given) {
   in_.warning(given,
               fmt::format("gravity is along {}, but the heights of the surface '{}' are along {}",
                           "xyz"[axis], surface -> first, "xyz"[up]),
-              fmt::format("is {} meant?", text_of<Dim>(down)));
+              fmt::format("is {} meant?", text_of_vector<Dim>(down)));
 }
 
 // Some kPa hold a slope, some Pa do not. Less than 2 Pa are there to keep particles together. Yield
@@ -267,7 +265,6 @@ void ScenarioBuilder<Dim>::warn_of_no_load() {
               "'velocity'");
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

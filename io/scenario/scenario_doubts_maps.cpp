@@ -167,7 +167,6 @@ void ScenarioBuilder<Dim>::warn_of_cut_polygons() {
   }
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -15,8 +15,6 @@ namespace lahar {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 template <int Dim>
 std::string extent(const std::pair<Vec<Dim>, Vec<Dim>>& box) {
   // Six digits hide the tolerance by which regions are wider.
@@ -406,7 +404,6 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
   }
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

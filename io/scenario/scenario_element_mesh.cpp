@@ -47,7 +47,7 @@ std::vector<Index> spread_members(const std::vector<Index>& all, bool nodes, con
   return joined(team.exchange(std::move(to)));
 }
 
-std::string text_of(const std::vector<char>& text) {
+std::string text_of_bytes(const std::vector<char>& text) {
   return {text.begin(), text.end()};
 }
 
@@ -160,7 +160,7 @@ void ScenarioBuilder<Dim>::take_element_sets(const ElementMesh<Dim>& read) {
       const auto at = static_cast<std::size_t>(s);
       const std::string own_name = first ? sets[at].name : "";
       const auto name =
-          text_of(team_.gather(std::vector<char>(own_name.begin(), own_name.end())).front());
+          text_of_bytes(team_.gather(std::vector<char>(own_name.begin(), own_name.end())).front());
       const Index id = team_.each(first ? sets[at].id : -1).front();
       auto members = spread_members(first ? sets[at].members : std::vector<Index>{}, nodes, team_);
       element_sets_.push_back({nodes, name, id, std::move(members)});
@@ -184,7 +184,6 @@ void ScenarioBuilder<Dim>::add_element_sets() {
   element_sets_.clear();
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -273,7 +273,6 @@ void ScenarioBuilder<Dim>::read_maps(const JsonValue& given) {
               "choose a larger cell_size, or a smaller part with min and max");
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

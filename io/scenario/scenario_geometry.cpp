@@ -258,7 +258,6 @@ Region<Dim> ScenarioBuilder<Dim>::region_of(const JsonValue& value) {
   return Region<Dim>(value, region_tolerance_, in_.document, in_.problems, geometry_);
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -202,7 +202,6 @@ void ScenarioBuilder<Dim>::check_implicit_conditions() {
                     "with \"two_sided\": false the wall pushes and does not pull");
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -103,7 +103,6 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
   model_.injections.push_back(std::move(injection));
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -269,7 +269,6 @@ std::vector<double> ScenarioBuilder<Dim>::balance_of_columns(
   return all;
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

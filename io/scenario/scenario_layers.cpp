@@ -118,7 +118,6 @@ void ScenarioBuilder<Dim>::generate_layers(const JsonValue& generator, const Reg
     in_.error(generator, "the layers contain no particle", "do they lie inside the mesh?");
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

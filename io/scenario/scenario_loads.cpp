@@ -214,7 +214,6 @@ void ScenarioBuilder<Dim>::build_tractions() {
   }
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

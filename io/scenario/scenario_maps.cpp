@@ -216,7 +216,6 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_polygons(const JsonValue& value) {
   return out;
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -203,7 +203,6 @@ int ScenarioBuilder<Dim>::find_function(const JsonValue& object) {
       in_);
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -71,7 +71,6 @@ NewParticles<Dim> ScenarioBuilder<Dim>::fill(const JsonValue& generator, const R
   return fresh;
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -255,7 +255,6 @@ void ScenarioBuilder<Dim>::build_sets() {
     own_nodes_ = {};
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

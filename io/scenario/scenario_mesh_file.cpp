@@ -211,7 +211,6 @@ std::vector<Index> ScenarioBuilder<Dim>::find_cells(const std::vector<Index>& su
   return strays;
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -399,7 +399,6 @@ void ScenarioBuilder<Dim>::assign_material_sets() {
   }
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -155,7 +155,6 @@ void ScenarioBuilder<Dim>::check_sheet() {
                   "waves in sheets are slower than those that it absorbs");
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

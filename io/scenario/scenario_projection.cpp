@@ -137,7 +137,6 @@ void ScenarioBuilder<Dim>::check_materials_of_projection() {
   }
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -29,7 +29,6 @@ void ScenarioBuilder<Dim>::check_until() {
               "gravity, tractions or forces at nodes; or end the run by end_time");
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -228,7 +228,6 @@ void ScenarioBuilder<Dim>::add_resumed(const CbgeoParticle& row, const std::stri
   follow_parameters(material->law, to.state.back().data());
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -285,7 +285,6 @@ void ScenarioBuilder<Dim>::check_overlap_of_bodies() {
     }
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

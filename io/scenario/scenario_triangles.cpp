@@ -118,7 +118,6 @@ void ScenarioBuilder<Dim>::warn_of_distant_shape(const JsonValue& at,
           "coordinates are in metres; 'scale' and 'offset' convert others");
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -279,7 +279,6 @@ void ScenarioBuilder<Dim>::build_water_table(const JsonValue& given) {
   }
 }
 
-template class ScenarioBuilder<2>;
-template class ScenarioBuilder<3>;
-
 }  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

@@ -52,7 +52,7 @@ void check_name(const JsonValue& stage, std::vector<std::string>& names, Scenari
 }
 
 /// Report members of `object` that a stage must not change.
-void refuse(const JsonValue& object, const std::string& of, ScenarioInput& in, auto&& may) {
+void refuse_keys(const JsonValue& object, const std::string& of, ScenarioInput& in, auto&& may) {
   if (!object.is<Object>()) return;  // reported when it is merged
   for (const JsonValue::Member& member : object.as<Object>())
     if (!may(member.key))
@@ -77,12 +77,13 @@ void check_keys(const JsonValue& stage, ScenarioInput& in) {
                                          suggest(member.key, known, "known keys")));
   }
   if (const JsonValue* mesh = stage.find("mesh"))
-    refuse(*mesh, "mesh.", in, [](std::string_view key) { return key == "boundary_conditions"; });
+    refuse_keys(*mesh, "mesh.", in,
+                [](std::string_view key) { return key == "boundary_conditions"; });
   if (const JsonValue* analysis = stage.find("analysis"))
-    refuse(*analysis, "analysis.", in,
-           [](std::string_view key) { return key != "uuid" && key != "resume"; });
+    refuse_keys(*analysis, "analysis.", in,
+                [](std::string_view key) { return key != "uuid" && key != "resume"; });
   if (const JsonValue* post = stage.find("post_processing"))
-    refuse(*post, "post_processing.", in, [](std::string_view key) { return key != "path"; });
+    refuse_keys(*post, "post_processing.", in, [](std::string_view key) { return key != "path"; });
 }
 
 /// Particles that are placed, and what is done to others: not in the first stage, which has none

@@ -131,8 +131,8 @@ class Decision {
   double allowed_;
 };
 
-void check(const PatchGraph& costs, std::span<const int> owner, std::span<const Index> bytes,
-           int ranks) {
+void check_costs(const PatchGraph& costs, std::span<const int> owner, std::span<const Index> bytes,
+                 int ranks) {
   if (ranks <= 0) throw std::invalid_argument("a partition needs at least one rank");
   if (owner.size() != costs.weight.size() || bytes.size() != costs.weight.size())
     throw std::invalid_argument("a partition needs one owner and one size for every patch");
@@ -164,7 +164,7 @@ void MoveCost::measured(double seconds, Index bytes) {
 std::optional<BalancePlan> decide(const PatchGraph& costs, std::span<const int> owner,
                                   std::span<const Index> bytes, int ranks,
                                   const BalanceTerms& terms) {
-  check(costs, owner, bytes, ranks);
+  check_costs(costs, owner, bytes, ranks);
   if (ranks == 1 || owner.empty()) return std::nullopt;
   const Decision decision(costs, owner, bytes, ranks, terms);
   if (!terms.forced && !decision.may_gain()) return std::nullopt;

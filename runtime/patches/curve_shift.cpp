@@ -63,7 +63,8 @@ Stage next_stage(const WeightPrefix& prefix, Index most, const Window& from, con
   return stage;
 }
 
-void check(std::size_t patches, std::size_t owners, std::size_t bytes, int ranks, double slack) {
+void check_shares(std::size_t patches, std::size_t owners, std::size_t bytes, int ranks,
+                  double slack) {
   if (ranks <= 0) throw std::invalid_argument("a partition needs at least one rank");
   if (!(slack >= 0)) throw std::invalid_argument("the slack of a partition must not be negative");
   if (owners != patches || bytes != patches)
@@ -74,7 +75,7 @@ void check(std::size_t patches, std::size_t owners, std::size_t bytes, int ranks
 
 std::vector<int> shift_chunks(std::span<const Index> weight, std::span<const int> owner,
                               std::span<const Index> bytes, int ranks, double slack) {
-  check(weight.size(), owner.size(), bytes.size(), ranks, slack);
+  check_shares(weight.size(), owner.size(), bytes.size(), ranks, slack);
   const WeightPrefix prefix(weight);
   const auto least = static_cast<double>(prefix.least_heaviest(ranks));
   const auto most = static_cast<Index>(std::floor(least * (1 + slack)));

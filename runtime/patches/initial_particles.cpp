@@ -128,21 +128,21 @@ namespace {
 
 /// What travels of a value.
 template <class T>
-T plain(const T& value) {
+T sendable(const T& value) {
   return value;
 }
 template <int Dim>
-std::array<double, Dim> plain(const Vec<Dim>& x) {
+std::array<double, Dim> sendable(const Vec<Dim>& x) {
   std::array<double, Dim> out;
   std::copy_n(x.data(), Dim, out.begin());
   return out;
 }
 template <class T>
-void restore(const T& from, T& to) {
+void take_sent(const T& from, T& to) {
   to = from;
 }
 template <int Dim>
-void restore(const std::array<double, static_cast<std::size_t>(Dim)>& from, Vec<Dim>& to) {
+void take_sent(const std::array<double, static_cast<std::size_t>(Dim)>& from, Vec<Dim>& to) {
   to = Vec<Dim>(from.data());
 }
 
@@ -187,7 +187,7 @@ class Delivery {
     column.resize(to_.size(), zero);
     std::vector<T> arrived(place_.size(), zero);
     auto place = place_.begin();
-    send_rows(column, [&](const auto& value) { restore(value, arrived[*place++]); });
+    send_rows(column, [&](const auto& value) { take_sent(value, arrived[*place++]); });
     column = std::move(arrived);
   }
 
@@ -196,12 +196,12 @@ class Delivery {
   /// go in a few rounds: only so much of a column is in memory as copies on their way.
   template <class T>
   void send_rows(const std::vector<T>& column, auto&& arrive) const {
-    using Sent = decltype(plain(std::declval<const T&>()));
+    using Sent = decltype(sendable(std::declval<const T&>()));
     constexpr std::size_t rounds = 8;
     for (std::size_t k = 0; k < rounds; ++k) {
       std::vector<std::vector<Sent>> parts(static_cast<std::size_t>(ranks_.size()));
       for (std::size_t row = to_.size() * k / rounds; row < to_.size() * (k + 1) / rounds; ++row)
-        parts[static_cast<std::size_t>(to_[row])].push_back(plain(column[row]));
+        parts[static_cast<std::size_t>(to_[row])].push_back(sendable(column[row]));
       for (const auto& part : ranks_.exchange(parts))
         for (const Sent& value : part) arrive(value);
     }

@@ -422,7 +422,6 @@ std::size_t PatchSet<Dim>::bytes() const {
   return bytes;
 }
 
-template class PatchSet<2>;
-template class PatchSet<3>;
-
 }  // namespace lahar
+
+#include "runtime/patches/patch_set_instances.h"

@@ -256,9 +256,9 @@ PatchGraph PatchSet<Dim>::graph() const {
   return graph;
 }
 
-template class PatchSet<2>;
-template class PatchSet<3>;
 template std::vector<Index> shared_nodes(const PatchTopology<2>&);
 template std::vector<Index> shared_nodes(const PatchTopology<3>&);
 
 }  // namespace lahar
+
+#include "runtime/patches/patch_set_instances.h"

@@ -185,7 +185,6 @@ void PatchSet<Dim>::set_conditions() {
   });
 }
 
-template class PatchSet<2>;
-template class PatchSet<3>;
-
 }  // namespace lahar
+
+#include "runtime/patches/patch_set_instances.h"

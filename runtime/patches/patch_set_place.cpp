@@ -51,7 +51,6 @@ void PatchSet<Dim>::place_rows(Model<Dim>& model, int threads) {
   changed_.placed = sum_up(tallies, 1, ranks_).front();
 }
 
-template class PatchSet<2>;
-template class PatchSet<3>;
-
 }  // namespace lahar
+
+#include "runtime/patches/patch_set_instances.h"

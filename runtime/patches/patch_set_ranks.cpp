@@ -132,7 +132,6 @@ void PatchSet<Dim>::give_to(const std::vector<int>& owner, Index step) {
   link();
 }
 
-template class PatchSet<2>;
-template class PatchSet<3>;
-
 }  // namespace lahar
+
+#include "runtime/patches/patch_set_instances.h"

@@ -133,7 +133,6 @@ typename PatchSet<Dim>::Patches PatchSet<Dim>::parts_of(Patch<Dim>& patch, Index
   return parts;
 }
 
-template class PatchSet<2>;
-template class PatchSet<3>;
-
 }  // namespace lahar
+
+#include "runtime/patches/patch_set_instances.h"

@@ -66,7 +66,7 @@ StateHead head_of(const Patch<Dim>& patch) {
 
 /// Call body(row, column, component) for each row of a particle, in the order of the table.
 template <int Dim>
-void for_each_row(const ColumnLayout<Dim>& layout, auto&& body) {
+void for_each_particle_row(const ColumnLayout<Dim>& layout, auto&& body) {
   for (const ColumnInfo& info : column_table)
     for (int k = 0; layout.has(info.column) && k < layout.components(info); ++k)
       body(info.column, k);
@@ -148,7 +148,7 @@ void read_particles(StateReader& in, const StateHead& head, Patch<Dim>& patch) {
   };
   fill(to.id.data());
   if (head.loads != 0) fill(to.loads.data());
-  for_each_row(to.layout(), [&](Column column, int k) { fill(to.row(column, k)); });
+  for_each_particle_row(to.layout(), [&](Column column, int k) { fill(to.row(column, k)); });
   for (const ParticleBin& bin : patch.bins) {
     std::fill(to.cell.begin() + bin.begin, to.cell.begin() + bin.end, bin.cell);
     std::fill(to.material.begin() + bin.begin, to.material.begin() + bin.end, bin.material);
@@ -201,7 +201,8 @@ void pack(const Patch<Dim>& patch, Index step, std::byte* to) {
   const Particles<Dim>& particles = patch.particles;
   add(particles.id.data());
   if (head.loads != 0) add(particles.loads.data());
-  for_each_row(particles.layout(), [&](Column column, int k) { add(particles.row(column, k)); });
+  for_each_particle_row(particles.layout(),
+                        [&](Column column, int k) { add(particles.row(column, k)); });
   if (head.active_nodes == 0) return;
   for (const NodeSum which : mapped_sums(patch)) {
     const double* lines = patch.own_lines(which, step);

@@ -41,7 +41,7 @@ std::vector<Index> SharedCut<Dim>::patches_of(const std::vector<Index>& cells) c
 
 namespace {
 
-[[noreturn]] void refuse() {
+[[noreturn]] void refuse_cut() {
   throw std::invalid_argument("a split is not one of this partition");
 }
 
@@ -54,7 +54,7 @@ void SharedCut<Dim>::split(std::span<const PatchSplit> splits) {
     const PatchSplit& one = splits[k];
     if (one.patch < 0 || one.patch >= n_patches_ + static_cast<Index>(k) || one.axis < 0 ||
         one.axis >= Dim || one.at < 0 || one.at >= share_.n_cells())
-      refuse();
+      refuse_cut();
     at.push_back(one.at);
   }
   using Centre = std::array<double, static_cast<std::size_t>(Dim)>;
@@ -86,7 +86,7 @@ void SharedCut<Dim>::split(std::span<const PatchSplit> splits) {
   for (const auto& of_member : team_.gather(seen))
     for (std::size_t k = 0; k < all.size(); ++k) all[k] |= of_member[k];
   for (const unsigned char both : all)
-    if (both != (lower | of_patch)) refuse();
+    if (both != (lower | of_patch)) refuse_cut();
   patch_ = std::move(patch);
   n_patches_ += static_cast<Index>(splits.size());
 }

@@ -103,7 +103,7 @@ void read_exact(std::span<const Index> elements, std::vector<ExactSum>& sums) {
     sums[k] = ExactSum(elements.subspan(k * ExactSum::size).first<ExactSum::size>());
 }
 
-void append(std::vector<Index>& to, const std::vector<ExactSum>& sums) {
+void append_sums(std::vector<Index>& to, const std::vector<ExactSum>& sums) {
   for (const ExactSum& sum : sums)
     to.insert(to.end(), sum.elements().begin(), sum.elements().end());
 }
@@ -189,7 +189,7 @@ void Gauges<Dim>::gather(Found& found, std::vector<Index>& sum, std::vector<Inde
       all.least[k] = std::min(all.least[k], own.least[k]);
   }
   found.of_threads.clear();
-  append(sum, all.exact);
+  append_sums(sum, all.exact);
   sum.insert(sum.end(), all.added.begin(), all.added.end());
   least.insert(least.end(), all.least.begin(), all.least.end());
   if (!plan_.maps.wanted) return;

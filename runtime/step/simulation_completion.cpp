@@ -156,7 +156,6 @@ void SimulationDriver<Dim>::poll() {
   if (failures_.of_poll()) std::rethrow_exception(failures_.of_poll());
 }
 
-template class SimulationDriver<2>;
-template class SimulationDriver<3>;
-
 }  // namespace lahar
+
+#include "runtime/step/simulation_driver_instances.h"

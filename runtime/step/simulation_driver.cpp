@@ -431,7 +431,6 @@ std::vector<std::string> SimulationDriver<Dim>::patch_names() const {
   return names;
 }
 
-template class SimulationDriver<2>;
-template class SimulationDriver<3>;
-
 }  // namespace lahar
+
+#include "runtime/step/simulation_driver_instances.h"

@@ -319,7 +319,6 @@ void SimulationDriver<Dim>::output(int p, Step step) {
   epochs_.look_at(patch, step);
 }
 
-template class SimulationDriver<2>;
-template class SimulationDriver<3>;
-
 }  // namespace lahar
+
+#include "runtime/step/simulation_driver_instances.h"

@@ -68,7 +68,8 @@ class FrameBlocks {
 
 /// `all`: particles that the frame will have.
 template <int Dim>
-void append(Frame& frame, const ParticleBlock<Dim>& block, Index all, const Model<Dim>& model) {
+void append_block(Frame& frame, const ParticleBlock<Dim>& block, Index all,
+                  const Model<Dim>& model) {
   const Particles<Dim>& particles = *block.particles;
   const std::size_t before = frame.id.size();
   block.for_each_range([&](Local begin, Local end) {
@@ -101,7 +102,7 @@ Frame snapshot(const Patch<Dim>& patch, const Model<Dim>& model, Frame spare) {
   const Index n = blocks.size();
   frame.id.reserve(static_cast<std::size_t>(n));
   frame.material.reserve(static_cast<std::size_t>(n));
-  for (const ParticleBlock<Dim>& block : blocks.all()) append(frame, block, n, model);
+  for (const ParticleBlock<Dim>& block : blocks.all()) append_block(frame, block, n, model);
   return frame;
 }
 

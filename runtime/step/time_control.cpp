@@ -19,7 +19,7 @@ constexpr double rounding_of_time = 1e-9;
 /// The largest analysis.nsteps.
 constexpr double most_steps = 9e15;
 
-constexpr double unlimited = std::numeric_limits<double>::infinity();
+constexpr double no_time = std::numeric_limits<double>::infinity();  ///< [s] before an event
 
 }  // namespace
 
@@ -111,7 +111,7 @@ double TimeControl::adaptive_dt(double limit) const {
 /// limits it, of those that come later, too.
 double TimeControl::limit_with_injections(Step step, double limit) const {
   const double time = time_at(step);
-  double any = unlimited;
+  double any = no_time;
   for (const InjectionLimit& one : injections_) {
     if (one.start <= time && time < one.end) limit = std::min(limit, one.limit);
     if (time < one.end) any = std::min(any, one.limit);
@@ -123,7 +123,7 @@ double TimeControl::limit_with_injections(Step step, double limit) const {
 /// is the last.
 bool TimeControl::place(Step step, double stable) {
   const double now = start_time_[step];
-  double target = unlimited;
+  double target = no_time;
   for (const double interval : {frame_dt_, history_dt_})
     if (interval > 0) target = std::min(target, next_multiple(now, interval));
   const auto reached = [&](double time) { return time - now <= stable * (1 + rounding_of_time); };
