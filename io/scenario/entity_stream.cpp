@@ -13,7 +13,7 @@ namespace lahar {
 
 namespace {
 
-enum class Kind { node, cell, particle };
+enum class EntityKind { node, cell, particle };
 
 // Follows the events of the JSON library through a file of entity sets, and gives up where anything
 // is not as it should be. Derived classes get the members.
@@ -55,7 +55,7 @@ class SetStream {
       const auto found = std::find(std::begin(names), std::end(names), name);
       if (found == std::end(names)) return false;
       const auto k = static_cast<std::size_t>(found - std::begin(names));
-      kind_ = static_cast<Kind>(k);
+      kind_ = static_cast<EntityKind>(k);
       level_ = Level::kind;
       return !std::exchange(seen_[k], true);
     }
@@ -94,12 +94,12 @@ class SetStream {
   }
 
  private:
-  virtual bool member(Kind kind, Index id) = 0;
-  virtual bool end_of_set(Kind kind, Index id) = 0;
+  virtual bool member(EntityKind kind, Index id) = 0;
+  virtual bool end_of_set(EntityKind kind, Index id) = 0;
 
   enum class Level { outside, kinds, kind, sets, set, members, end } level_ = Level::outside;
   bool seen_[3] = {};
-  Kind kind_ = Kind::node;
+  EntityKind kind_ = EntityKind::node;
   std::string key_;
   Index id_ = -1;
   bool has_members_ = false;
@@ -117,25 +117,25 @@ class Outliner : public SetStream {
   std::vector<CellSet> cell_sets;  ///< in the order of the file
 
  private:
-  bool member(Kind kind, Index id) override {
+  bool member(EntityKind kind, Index id) override {
     outline_.add(id);
     // Whether one occurs twice is looked at by one member of the team for each.
     if (directory_rank(id, team_.size()) == team_.index()) ids_.push_back(id);
-    const Index n = kind == Kind::node ? n_nodes_ : kind == Kind::cell ? n_cells_ : -1;
+    const Index n = kind == EntityKind::node ? n_nodes_ : kind == EntityKind::cell ? n_cells_ : -1;
     return n < 0 || id < n;
   }
 
-  bool end_of_set(Kind kind, Index id) override {
-    EntitySets& sets = kind == Kind::node   ? out_.nodes
-                       : kind == Kind::cell ? out_.cells
-                                            : out_.particles;
+  bool end_of_set(EntityKind kind, Index id) override {
+    EntitySets& sets = kind == EntityKind::node   ? out_.nodes
+                       : kind == EntityKind::cell ? out_.cells
+                                                  : out_.particles;
     if (sets.by_id.count(id)) return false;
     auto& set = sets.by_id[id];
     const SetOutline outline = std::exchange(outline_, {});
-    if (kind == Kind::particle) {
+    if (kind == EntityKind::particle) {
       out_.particle_sets.push_back(id);
       out_.outlines[id] = outline;
-    } else if (kind == Kind::cell) {
+    } else if (kind == EntityKind::cell) {
       cell_sets.push_back({id, outline.count});
     } else {
       set = ids_;
@@ -160,12 +160,12 @@ class ParticleSets : public SetStream {
       : ids_(ids), visit_(visit) {}
 
  private:
-  bool member(Kind kind, Index id) override {
-    if (kind == Kind::particle && at_ < ids_.size()) visit_(ids_[at_], id);
+  bool member(EntityKind kind, Index id) override {
+    if (kind == EntityKind::particle && at_ < ids_.size()) visit_(ids_[at_], id);
     return true;
   }
-  bool end_of_set(Kind kind, Index) override {
-    if (kind == Kind::particle) ++at_;
+  bool end_of_set(EntityKind kind, Index) override {
+    if (kind == EntityKind::particle) ++at_;
     return true;
   }
 
@@ -181,8 +181,8 @@ class CellSets : public SetStream {
       : sets_(sets), team_(team), out_(out) {}
 
  private:
-  bool member(Kind kind, Index id) override {
-    if (kind != Kind::cell || at_ >= sets_.size()) return true;
+  bool member(EntityKind kind, Index id) override {
+    if (kind != EntityKind::cell || at_ >= sets_.size()) return true;
     const auto& [set, members] = sets_[at_];
     const bool own = team_.part(members, team_.index()) <= position_ &&
                      position_ < team_.part(members, team_.index() + 1);
@@ -190,8 +190,8 @@ class CellSets : public SetStream {
     ++position_;
     return true;
   }
-  bool end_of_set(Kind kind, Index) override {
-    if (kind == Kind::cell) ++at_, position_ = 0;
+  bool end_of_set(EntityKind kind, Index) override {
+    if (kind == EntityKind::cell) ++at_, position_ = 0;
     return true;
   }
 

@@ -13,7 +13,6 @@ namespace lahar {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double earth = 9.81;        // [m/s^2]
 constexpr double about_earth = 0.05;  // of it
 

@@ -13,18 +13,18 @@ namespace lahar {
 
 namespace {
 
-using Kind = Gauge::Kind;
+using GaugeKind = Gauge::Kind;
 
 constexpr Index most_tracked = 10000;  ///< particles of a set
 constexpr Index most_cells = 1000000;  ///< of maps
 
-Kind kind_of(const std::string& type) {
-  if (type == "point" || type == "line") return Kind::points;
-  if (type == "column" || type == "section") return Kind::columns;
-  if (type == "front") return Kind::front;
-  if (type == "plane") return Kind::plane;
-  if (type == "force") return Kind::force;
-  return type == "particles" ? Kind::particles : Kind::track;
+GaugeKind kind_of(const std::string& type) {
+  if (type == "point" || type == "line") return GaugeKind::points;
+  if (type == "column" || type == "section") return GaugeKind::columns;
+  if (type == "front") return GaugeKind::front;
+  if (type == "plane") return GaugeKind::plane;
+  if (type == "force") return GaugeKind::force;
+  return type == "particles" ? GaugeKind::particles : GaugeKind::track;
 }
 
 template <int Dim>
@@ -89,7 +89,7 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
   if (std::any_of(gauges.begin(), gauges.end(), [&](const Gauge& g) { return g.name == *name; }))
     in_.error(*entry.find("name"), fmt::format("there are two gauges {}", json_quoted(*name)),
               "their tables need different names");
-  if (gauge.kind == Kind::columns && model_.analysis.plane == Plane::axisymmetric)
+  if (gauge.kind == GaugeKind::columns && model_.analysis.plane == Plane::axisymmetric)
     in_.error(entry, "a body of revolution has no thickness in plan",
               "a gauge of \"type\": \"line\" has fields along a line");
   read_places(entry, gauge);
@@ -112,9 +112,9 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
     if (!ids) return;
     gauge.ids = std::move(*ids);
   }
-  if (gauge.kind == Kind::force && !read_held(entry, gauge)) return;
+  if (gauge.kind == GaugeKind::force && !read_held(entry, gauge)) return;
   const auto count = static_cast<Index>(gauge.ids.size());
-  if (gauge.kind == Kind::track && count > most_tracked)
+  if (gauge.kind == GaugeKind::track && count > most_tracked)
     in_.error(*entry.find("pset"),
               fmt::format("a track has at most {} particles; this set has {}",
                           format_count(most_tracked), format_count(count)),
@@ -158,7 +158,7 @@ bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
 template <int Dim>
 void ScenarioBuilder<Dim>::read_places(const JsonValue& entry, Gauge& gauge) {
   gauge.radius = outer_cell().mean();
-  const bool in_plan = gauge.kind == Kind::columns;
+  const bool in_plan = gauge.kind == GaugeKind::columns;
   const auto place = [&](std::string_view key) -> std::optional<std::array<double, 3>> {
     const JsonValue* value = entry.find(key);
     if (!value) return std::nullopt;
@@ -175,7 +175,7 @@ void ScenarioBuilder<Dim>::read_places(const JsonValue& entry, Gauge& gauge) {
   };
   if (const auto at = place("at")) {
     gauge.origin = *at;
-    if (gauge.kind == Kind::points || in_plan) gauge.places = {*at};
+    if (gauge.kind == GaugeKind::points || in_plan) gauge.places = {*at};
   }
   const auto from = place("from"), to = place("to");
   if (!from || !to) return;

@@ -12,12 +12,12 @@ namespace lahar {
 
 namespace {
 
-using Kind = ModelMark::Kind;
+using MarkKind = ModelMark::Kind;
 
 /// What the entries of a list do, and the number that says how much.
 struct MarkedList {
   const char* key;
-  Kind kind;
+  MarkKind kind;
   const char* verb;        ///< before the axes
   const char* value = "";  ///< key of the number
   const char* unit = "";
@@ -25,18 +25,18 @@ struct MarkedList {
 };
 
 constexpr MarkedList constraints[] = {
-    {"velocity_constraints", Kind::held, "held", "velocity", "m/s"},
-    {"walls", Kind::wall, "wall", "friction", ""},
-    {"friction_constraints", Kind::wall, "friction", "friction", ""},
-    {"absorbing_constraints", Kind::soft, "absorbs waves"},
-    {"spring_constraints", Kind::soft, "springs", "stiffness", "N/m"},
-    {"acceleration_constraints", Kind::moved, "accelerated", "acceleration", "m/s^2"},
-    {"displacement_constraints", Kind::moved, "displaced", "displacement", "m per step"},
-    {"pressure_constraints", Kind::soft, "pore pressure", "pressure", "Pa"},
-    {"particles_velocity_constraints", Kind::moved, "particles move", "velocity", "m/s", true}};
+    {"velocity_constraints", MarkKind::held, "held", "velocity", "m/s"},
+    {"walls", MarkKind::wall, "wall", "friction", ""},
+    {"friction_constraints", MarkKind::wall, "friction", "friction", ""},
+    {"absorbing_constraints", MarkKind::soft, "absorbs waves"},
+    {"spring_constraints", MarkKind::soft, "springs", "stiffness", "N/m"},
+    {"acceleration_constraints", MarkKind::moved, "accelerated", "acceleration", "m/s^2"},
+    {"displacement_constraints", MarkKind::moved, "displaced", "displacement", "m per step"},
+    {"pressure_constraints", MarkKind::soft, "pore pressure", "pressure", "Pa"},
+    {"particles_velocity_constraints", MarkKind::moved, "particles move", "velocity", "m/s", true}};
 constexpr MarkedList loads[] = {
-    {"concentrated_nodal_forces", Kind::load, "force", "force", "N"},
-    {"particle_surface_traction", Kind::load, "traction", "traction", "Pa", true}};
+    {"concentrated_nodal_forces", MarkKind::load, "force", "force", "N"},
+    {"particle_surface_traction", MarkKind::load, "traction", "traction", "Pa", true}};
 
 constexpr const char* axes = "xyz";
 
@@ -52,14 +52,14 @@ std::string deed_of(const JsonValue& entry, const MarkedList& list, int dim, Mod
   const std::string in_time = entry.find("math_function_id") ? " times a function" : "";
   const auto rough = get_text(entry, "friction");
   if (rough) return "rough wall";
-  if (mark.kind == Kind::wall)
+  if (mark.kind == MarkKind::wall)
     return fmt::format("{}{}{}", list.verb,
                        std::string_view(list.key) == "walls" ? ", friction" : "",
                        value ? fmt::format(" {:g}", *value) : "");
   const bool still = value && *value == 0;
-  if (still && mark.kind != Kind::load && std::string_view(list.verb) != "pore pressure")
+  if (still && mark.kind != MarkKind::load && std::string_view(list.verb) != "pore pressure")
     return fmt::format("held{}", along);
-  if (mark.kind == Kind::held) mark.kind = Kind::moved;
+  if (mark.kind == MarkKind::held) mark.kind = MarkKind::moved;
   const std::string verb = std::string_view(list.verb) == "held" ? "moves" : list.verb;
   return fmt::format("{}{}{}{}", verb, along,
                      value ? fmt::format(" {:g} {}", *value, list.unit) : "", in_time);
@@ -77,7 +77,7 @@ void join(ModelMark& mark, const ModelMark& other, const std::string& deed) {
   const bool both = deed.starts_with(held) && mark.label.find(held) != std::string::npos;
   mark.label += both ? ", " + deed.substr(held.size()) : "; " + deed;
   for (std::size_t d = 0; d < 3; ++d) mark.direction[d] += other.direction[d];
-  if (other.kind == Kind::moved) mark.kind = Kind::moved;
+  if (other.kind == MarkKind::moved) mark.kind = MarkKind::moved;
 }
 
 }  // namespace
@@ -124,7 +124,7 @@ void ScenarioBuilder<Dim>::mark_water() {
   const JsonValue* given = section("mesh").find("particles_pore_pressures");
   if (!given || !given->is<JsonValue::Object>()) return;
   ModelMark mark;
-  mark.kind = Kind::water;
+  mark.kind = MarkKind::water;
   mark.label = "water table";
   mark.up = get_direction(*given, "dir_v").value_or(Dim - 1);
   mark.along = get_direction(*given, "dir_h").value_or(0);

@@ -64,7 +64,7 @@ Json kind_schema(const Section& section, const KeySpec& spec, unsigned kind) {
       return name;
     case vector:
       return items_schema(number_schema(spec, "number"), 2, 3);
-    case counts:
+    case cell_counts:
       return items_schema(number_schema(spec, "integer"), 2, 3);
     case numbers:
       return items_schema(any_number);

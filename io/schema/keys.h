@@ -19,7 +19,7 @@ enum Kind : unsigned {
   text = 1u << 3,
   file = 1u << 4,              ///< name of a file, relative to the scenario's folder
   vector = 1u << 5,            ///< one number per dimension
-  counts = 1u << 6,            ///< one integer per dimension
+  cell_counts = 1u << 6,       ///< one integer per dimension
   numbers = 1u << 7,           ///< numbers, any length
   texts = 1u << 8,             ///< array of text
   object = 1u << 9,            ///< of Field::section

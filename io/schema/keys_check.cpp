@@ -68,7 +68,7 @@ unsigned matching_kind(const KeySpec& spec, const JsonValue& v, int dim) {
         return v.is<std::string>();
       case vector:
         return all_of(v, is_number) && size_of(v) == length;
-      case counts:
+      case cell_counts:
         return all_of(v, integral) && size_of(v) == length;
       case numbers:
         return all_of(v, is_number);
@@ -239,7 +239,7 @@ class Checker {
 
   // Vectors of the other dimension.
   std::string hint_of_length(const KeySpec& spec, const JsonValue& value) const {
-    if (!(spec.kinds & (vector | counts)) || !all_of(value, is_number)) return "";
+    if (!(spec.kinds & (vector | cell_counts)) || !all_of(value, is_number)) return "";
     if (size_of(value) != 2 && size_of(value) != 3) return "";
     if (dim_ == 2)
       return spec.key == "gravity" ? "the case has two dimensions, y is up: [0, -9.81]"
@@ -255,7 +255,7 @@ class Checker {
       case number:
         return check_bounds(spec, value);
       case vector:
-      case counts: {
+      case cell_counts: {
         for (auto& item : std::get<Array>(value.data)) check_bounds(spec, item);
         return invalidate_with_items(value);
       }

@@ -36,7 +36,7 @@ const Section& structured_section() {
            .above_min = true,
            .native = true},
           {.key = "counts",
-           .kinds = counts,
+           .kinds = cell_counts,
            .help = "number of cells along each axis",
            .min = 1,
            .max = 2e9,

@@ -26,7 +26,7 @@ std::string allowed_kinds(const KeySpec& spec, int dim) {
   add(text, "a text");
   add(file, "a file name");
   add(vector, fmt::format("an array of numbers ({}){}", n, unit));
-  add(counts, fmt::format("an array of integers ({})", n));
+  add(cell_counts, fmt::format("an array of integers ({})", n));
   add(numbers, "an array of numbers" + unit);
   add(texts, "an array of texts");
   add(object, "an object");

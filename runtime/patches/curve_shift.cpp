@@ -30,15 +30,15 @@ std::vector<Window> windows_of(const WeightPrefix& prefix, int ranks, Index most
 }
 
 /// The cheapest way to give all patches before a position of a window to the ranks before it.
-struct Stage {
+struct CutStage {
   std::vector<Index> cost;  ///< [bytes] that these ranks receive
   std::vector<int> begin;   ///< where the last of these ranks begins
 };
 
 /// Cuts a row of patches; `arriving(p, rank)` is what it costs to give patch p to a rank.
 template <class Arriving>
-Stage next_stage(const WeightPrefix& prefix, Index most, const Window& from, const Window& to,
-                 const Stage& before, Arriving&& arriving) {
+CutStage next_stage(const WeightPrefix& prefix, Index most, const Window& from, const Window& to,
+                 const CutStage& before, Arriving&& arriving) {
   std::vector<Index> arrived(static_cast<std::size_t>(to.last - from.first) + 1, 0);
   for (std::size_t k = 1; k < arrived.size(); ++k)
     arrived[k] = arrived[k - 1] + arriving(from.first + static_cast<int>(k) - 1);
@@ -46,7 +46,7 @@ Stage next_stage(const WeightPrefix& prefix, Index most, const Window& from, con
   const auto key = [&](int a) {
     return before.cost[static_cast<std::size_t>(a - from.first)] - arrived_at(a);
   };
-  Stage stage;
+  CutStage stage;
   // Beginnings that are the best for this or a later end, by increasing key: the minimum over a
   // window that moves forward.
   std::deque<int> best;
@@ -80,7 +80,7 @@ std::vector<int> shift_chunks(std::span<const Index> weight, std::span<const int
   const auto least = static_cast<double>(prefix.least_heaviest(ranks));
   const auto most = static_cast<Index>(std::floor(least * (1 + slack)));
   const std::vector<Window> windows = windows_of(prefix, ranks, most);
-  std::vector<Stage> stages{{{0}, {0}}};
+  std::vector<CutStage> stages{{{0}, {0}}};
   for (int r = 0; r < ranks; ++r) {
     const auto i = static_cast<std::size_t>(r);
     const auto arriving = [&](int patch) {
