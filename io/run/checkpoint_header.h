@@ -97,7 +97,7 @@ struct CheckpointHeader {
 };
 
 /// Version of the file's layout; other versions are refused.
-inline constexpr int checkpoint_format = 3;
+inline constexpr int checkpoint_format = 4;
 
 std::string header_text(const CheckpointHeader& header);
 /// Throws IoError without a file name: what is wrong with the text.

@@ -51,6 +51,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   warn_of_doubts();
   if (in_.problems.empty()) collect_marks();
   if (in_.problems.empty()) split_fields();
+  if (in_.problems.empty()) place_tractions();
   build_resume();
   return std::move(model_);
 }
@@ -172,7 +173,7 @@ Scenario read_case(ScenarioInput in, std::string text, const ScenarioOptions& op
   claims.check(in);
   if (dim == 0) {
     in.error(root, "nothing says whether the case is 2D or 3D",
-             "set analysis.type to \"MPMExplicit2D\" or \"MPMExplicit3D\"");
+             "mesh.cell_type says it, such as \"ED2Q4\" or \"ED3H8\"");
     fail(in);
   }
   check_section(scenario_section(), root, dim, in.document, in.problems);

@@ -285,6 +285,7 @@ class ScenarioBuilder {
   // scenario_transfer.cpp
   void build_velocity_update(const JsonValue& analysis);
   void build_transfer_rates();  ///< after the bodies
+  bool is_of_elastic_bodies() const;
   void build_default_transfer();
   Depths depths() const;  ///< collective
   double speed_of(const Material& material) const;
@@ -309,7 +310,9 @@ class ScenarioBuilder {
   void build_particle_constraints();
   void build_gravity();
   void check_other_gravity();
+  // scenario_tractions.cpp
   void build_tractions();
+  void place_tractions();  ///< after warnings, which know the entries of the scenario
   // scenario_fields.cpp
   /// The material with one number in place of each of its fields, which become an entry of fields_;
   /// nothing where it has no fields.

@@ -244,7 +244,8 @@ void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_no_load() {
   const Model<Dim>& m = model_;
-  if (in_.cbgeo_defaults || rows_.total() == 0) return;
+  // A stage begins with the motion of the one before.
+  if (in_.cbgeo_defaults || rows_.total() == 0 || !in_.stage.empty()) return;
   const auto& held = entries_of<NodeVelocity>(m);
   bool acts =
       m.gravity.norm() > 0 || !m.tractions.empty() || !m.particle_velocities.empty() ||

@@ -200,20 +200,6 @@ void ScenarioBuilder<Dim>::build_gravity() {
   model_.functions.push_back({.kind = MathFunction::Kind::linear, .x = {0, ramp}, .f = {0, 1}});
 }
 
-template <int Dim>
-void ScenarioBuilder<Dim>::build_tractions() {
-  for (const JsonValue* t :
-       get_list(section("external_loading_conditions"), "particle_surface_traction")) {
-    const auto dir = phase_direction_of(*t);
-    const auto value = get_number(*t, "traction");
-    const int function = find_function(*t);
-    auto ids = members(*t, "pset_id", "pset", sets_.particles);
-    if (dir && value && ids)
-      model_.tractions.push_back({std::move(*ids), *dir % Dim, *value, function,
-                                  means_all(*t, "pset_id", "pset"), *dir >= Dim});
-  }
-}
-
 }  // namespace lahar
 
 #include "io/scenario/scenario_builder_instances.h"

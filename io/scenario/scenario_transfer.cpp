@@ -170,6 +170,16 @@ Depths ScenarioBuilder<Dim>::depths() const {
   return {depth, std::min(depth, std::sqrt(depth * width))};
 }
 
+// Elastic bodies alone turn and bend for long: APIC takes nothing of these motions, where
+// relaxation stops them.
+template <int Dim>
+bool ScenarioBuilder<Dim>::is_of_elastic_bodies() const {
+  return !is_implicit(model_.analysis) && model_.analysis.contact.bodies <= 1 && liquids_.empty() &&
+         info(mesh_->element()).order == 1 &&
+         std::all_of(model_.materials.begin(), model_.materials.end(),
+                     [](const Material& material) { return is_elastic(material.law); });
+}
+
 // What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
 // run-out then does not either, where they are fine enough for the viscosity to rule. Grains that
 // part and meet again make noise for which a filter of order 3 needs half of that viscosity.
@@ -188,6 +198,11 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   const Depths of = separates ? Depths() : depths();
   const double fall = of.mean, depth = all_fluids() ? 0.0 : of.flow;
   const bool smooth = model_.analysis.functions != ShapeFunctions::element;
+  if (default_transfer_ && smooth && is_of_elastic_bodies()) {
+    model_.analysis.affine = Affine::apic;
+    model_.analysis.transfer.flip = 0.0;
+    return set(*analysis, "velocity_update", std::string("apic"));
+  }
   const bool of_grains = depth > 0 && smooth && any_granular() && liquids_.empty();
   relaxation_ = of_grains ? 0.03 : depth > 0 && smooth ? 0.01 : 0.05;
   if (!of_grains && fall > 0) {

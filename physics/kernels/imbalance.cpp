@@ -76,7 +76,7 @@ double loads_on(const Patch<Dim>& patch, const StepContext<Dim>& step) {
       if (liquid) all += Pores(*liquid).liquid_mass(Scalar(mass[p]), Scalar(volume[p]))[0];
       sum += all * gravity.norm();
       if (has_particle_forces(patch, bin, *step.model))
-        sum += applied_force_on(particles, p, step).norm();
+        sum += applied_force_on(particles, p, step).force.norm();
     }
   }
   for (const auto& point : patch.forces)

@@ -81,9 +81,9 @@ void move_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBin
     add_work_of_forces(
         patch, step, bins, patch.velocity, none,
         [&](const ParticleBin& bin) { return has_particle_forces(patch, bin, *step.model); },
-        [&](Local p) -> Vec<Dim> {  // the mean does work
-          return 0.5 * (applied_force_on(patch.particles, p, step) +
-                        applied_force_on(patch.particles, p, at_end));
+        [&](Local p) {  // the mean does work
+          return mean(applied_force_on(patch.particles, p, step),
+                      applied_force_on(patch.particles, p, at_end));
         });
   }
   const bool moves = !analysis.implicit.quasi_static;

@@ -84,23 +84,36 @@ LAHAR_INLINE void give_gradients(const Basis& basis, Local first, unsigned bits,
   }
 }
 
-/// f_i += N_i f for the particles of one bin, with f = force(p) [N].
+/// f_i += N_i f + c grad N_i for the particles of one bin, with {f [N], c [N m]} = force(p): what
+/// acts at a distance from the centre, to the first order of this distance. Component d of c goes
+/// with the gradient along d.
 template <int Dim, class Basis, class Force>
 void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, Force force) {
   for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
-    NodeVector of_lane[lanes<Pack>];
-    unsigned acting = 0;  // bit per lane
+    NodeVector of_lane[lanes<Pack>], couple[lanes<Pack>];
+    unsigned acting = 0, turned = 0;  // bit per lane
     for (Local p = first; p < std::min(bin.end, first + lanes<Pack>); ++p) {
-      const Vec<Dim> f = force(p);
-      if (f.isZero(0.0)) continue;
-      acting |= 1u << (p - first);
-      of_lane[p - first] = node_vector<Dim>(f);
+      const SurfaceForce<Dim> all = force(p);
+      if (all.is_zero()) continue;
+      const Local lane = p - first;
+      acting |= 1u << lane;
+      of_lane[lane] = node_vector<Dim>(all.force);
+      if (!all.couple.isZero(0.0)) turned |= 1u << lane;
+      couple[lane] = node_vector<Dim>(all.couple);
     }
     if (acting == 0) continue;
     give_functions<Dim>(basis, first, acting, [&](int lane) {
       return
           [=, f = of_lane[lane]](int i, double N) { general::add_to_node(sums, nodes[i], N * f); };
+    });
+    if (turned == 0) continue;
+    give_gradients<Dim>(basis, first, turned, [&](int lane) {
+      return [=, c = couple[lane]](int i, const double(&dN)[Dim]) {
+        Vec<Dim> gradient;
+        for (int d = 0; d < Dim; ++d) gradient[d] = dN[d];
+        general::add_to_node(sums, nodes[i], node_vector<Dim>(gradient) * c);
+      };
     });
   }
 }
@@ -151,12 +164,20 @@ void add_work_of_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
   for_each_bin_with_basis(
       patch, bins, takes, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         for (Local p = bin.begin; p < bin.end; ++p) {
-          const Vec<Dim> f = force(p);
-          if (f.isZero(0.0)) continue;
+          const SurfaceForce<Dim> all = force(p);
+          if (all.is_zero()) continue;
           Scalar sum[2][Dim];
           general::interpolate<Dim, 2, Scalar>(basis, p, fields, nodes, sum);
           for (int d = 0; d < Dim; ++d)
-            patch.work.external += f[d] * (sum[0][d][0] - 0.5 * step.dt * sum[1][d][0]) * step.dt;
+            patch.work.external +=
+                all.force[d] * (sum[0][d][0] - 0.5 * step.dt * sum[1][d][0]) * step.dt;
+          if (all.couple.isZero(0.0)) continue;
+          Scalar L[2][Dim][Dim];
+          for (int k = 0; k < 2; ++k)
+            general::gradient<Dim, Scalar>(basis, p, fields[k], nodes, L[k]);
+          for (int d = 0; d < Dim; ++d)
+            patch.work.external +=
+                all.couple[d] * (L[0][d][d][0] - 0.5 * step.dt * L[1][d][d][0]) * step.dt;
         }
       });
 }

@@ -102,6 +102,9 @@ struct ParticleTraction {
   int function = -1;  ///< index into Model::functions; -1 = constant
   bool all = false;   ///< on all particles, those that are injected too
   bool on_liquid = false;
+  /// Where it acts along `dir`: at the side of the particle with more (1) or less (-1) of this
+  /// coordinate, or at its centre (0), as in CB-Geo MPM.
+  int side = 0;
 };
 
 /// Prescribed velocity component of particles, applied at the end of G2P.

@@ -71,22 +71,39 @@ PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Loc
   return found;
 }
 
-/// Force of all tractions on particle p [N]: traction(t) * volume / size, size = initial
-/// volume^(1/Dim), volume the present one (CB-Geo MPM). Of several for a direction the last wins.
+/// Forces that act on a particle, along each axis at its place on that axis.
 template <int Dim>
-Vec<Dim> traction_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step,
-                     bool on_liquid = false) {
-  Vec<Dim> f = Vec<Dim>::Zero();
+struct SurfaceForce {
+  Vec<Dim> force = Vec<Dim>::Zero();  ///< [N]
+  Vec<Dim> couple =
+      Vec<Dim>::Zero();  ///< [N m] its components times their distance from the centre
+
+  bool is_zero() const { return force.isZero(0.0); }
+  friend SurfaceForce mean(const SurfaceForce& a, const SurfaceForce& b) {
+    return {0.5 * (a.force + b.force), 0.5 * (a.couple + b.couple)};
+  }
+};
+
+/// All tractions on particle p: traction(t) * volume / size, size = initial volume^(1/Dim), volume
+/// the present one (CB-Geo MPM). Of several for a direction the last wins. They act half a size
+/// from the centre: forces at centres would be an error of stress in the rows beside a surface.
+template <int Dim>
+SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
+                              const StepContext<Dim>& step, bool on_liquid = false) {
+  SurfaceForce<Dim> all;
   const std::uint64_t bits =
       particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
-  if (bits == 0) return f;
+  if (bits == 0) return all;
   const auto& tractions = step.model->tractions;
-  for (std::size_t k = 0; k < tractions.size(); ++k)
-    if (bits >> k & 1 && tractions[k].on_liquid == on_liquid)
-      f[tractions[k].dir] = tractions[k].traction *
-                            load_factor(*step.model, tractions[k].function, step.time) *
-                            particles.row(Column::volume)[p] / particles.row(Column::size)[p];
-  return f;
+  for (std::size_t k = 0; k < tractions.size(); ++k) {
+    const ParticleTraction& one = tractions[k];
+    if (!(bits >> k & 1) || one.on_liquid != on_liquid) continue;
+    const double size = particles.row(Column::size)[p];
+    all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) *
+                         particles.row(Column::volume)[p] / size;
+    all.couple[one.dir] = 0.5 * one.side * size * all.force[one.dir];
+  }
+  return all;
 }
 
 /// Whether any traction acts on the liquid in pores alone.
@@ -105,26 +122,27 @@ bool has_particle_forces(const Patch<Dim>& patch, const ParticleBin& bin, const 
          patch.near_bodies[static_cast<std::size_t>(bin.cell)] != Patch<Dim>::Near::no;
 }
 
-/// Force of tractions and of Model::body_force on particle p [N].
+/// Tractions and Model::body_force on particle p.
 template <int Dim>
-Vec<Dim> applied_force_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
-  Vec<Dim> f = traction_on(particles, p, step);
+SurfaceForce<Dim> applied_force_on(const Particles<Dim>& particles, Local p,
+                                   const StepContext<Dim>& step) {
+  SurfaceForce<Dim> all = traction_on(particles, p, step);
   if (step.model->body_force) {
     Vec<Dim> X;
     for (int d = 0; d < Dim; ++d)
       X[d] = particles.row(Column::x, d)[p] - particles.row(Column::u, d)[p];
-    f += particles.row(Column::mass)[p] * step.model->body_force(X, step.time);
+    all.force += particles.row(Column::mass)[p] * step.model->body_force(X, step.time);
   }
-  return f;
+  return all;
 }
 
-/// The same with the force of rigid bodies [N].
+/// The same with the force of rigid bodies.
 template <int Dim>
-Vec<Dim> force_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
-  Vec<Dim> f = applied_force_on(particles, p, step);
+SurfaceForce<Dim> force_on(const Particles<Dim>& particles, Local p, const StepContext<Dim>& step) {
+  SurfaceForce<Dim> all = applied_force_on(particles, p, step);
   if (step.model->analysis.rigid_bodies)
-    for (int d = 0; d < Dim; ++d) f[d] += particles.row(Column::contact_force, d)[p];
-  return f;
+    for (int d = 0; d < Dim; ++d) all.force[d] += particles.row(Column::contact_force, d)[p];
+  return all;
 }
 
 }  // namespace lahar

@@ -220,8 +220,8 @@ void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const R
         "lahar: warning: {} particle{} left the mesh and {} removed; {} lists them.", info.removed,
         info.removed == 1 ? "" : "s", info.removed == 1 ? "was" : "were", removed_file));
   if (info.divided > 0)
-    console_.warn(fmt::format("lahar: warning: materials could only do {} increment{} in parts.",
-                              info.divided, info.divided == 1 ? "" : "s"));
+    console_.line(fmt::format("materials: {} increment{} done in parts, to be accurate",
+                              format_count(info.divided), info.divided == 1 ? " was" : "s were"));
   console_.line(
       fmt::format("{} steps in {}: {:.1f} steps/s, {:.2f} million particle-steps/s, {:.1f} ns per "
                   "particle-step and core",

@@ -210,7 +210,7 @@ TEST_CASE("other HDF5 files and other formats are no checkpoints") {
   REQUIRE(contains(text, now));
   text.replace(text.find(now), now.size(), "\"lahar_checkpoint\": 77");
   CHECK_THROWS_WITH_AS(read_header(text),
-                       doctest::Contains("it has format 77, this version of Lahar reads format 3"),
+                       doctest::Contains("it has format 77, this version of Lahar reads format 4"),
                        IoError);
   CHECK_THROWS_WITH_AS(read_header("{}"), doctest::Contains("its header is not one"), IoError);
 }

@@ -1,0 +1,159 @@
+// Tractions on particles, and the side of each particle on which they act.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <unordered_map>
+
+#include "io/scenario/scenario_builder.h"
+#include "physics/particles/loads.h"
+
+namespace lahar {
+
+template <int Dim>
+void ScenarioBuilder<Dim>::build_tractions() {
+  for (const JsonValue* t :
+       get_list(section("external_loading_conditions"), "particle_surface_traction")) {
+    const auto dir = phase_direction_of(*t);
+    const auto value = get_number(*t, "traction");
+    const int function = find_function(*t);
+    auto ids = members(*t, "pset_id", "pset", sets_.particles);
+    if (dir && value && ids)
+      model_.tractions.push_back({std::move(*ids), *dir % Dim, *value, function,
+                                  means_all(*t, "pset_id", "pset"), *dir >= Dim});
+  }
+}
+
+namespace {
+
+/// A particle with a traction.
+template <int Dim>
+struct Loaded {
+  std::array<double, static_cast<std::size_t>(Dim)> x;  ///< [m]
+  double width;                                         ///< [m]
+};
+
+/// Which of the loaded particles have others at their lower and at their upper side along an axis.
+template <int Dim>
+class Neighbours {
+ public:
+  Neighbours(std::vector<Loaded<Dim>> loaded, int axis)
+      : loaded_(std::move(loaded)), axis_(axis), sides_(2 * loaded_.size(), 0.0) {
+    for (const Loaded<Dim>& one : loaded_) widest_ = std::max(widest_, one.width);
+    for (std::size_t i = 0; i < loaded_.size(); ++i) {
+      const Place place = place_of(loaded_[i].x.data());
+      in_[key_of(place)].push_back(i);
+      for (std::size_t d = 0; d < Dim; ++d) {
+        low_[d] = i == 0 ? place[d] : std::min(low_[d], place[d]);
+        high_[d] = i == 0 ? place[d] : std::max(high_[d], place[d]);
+      }
+    }
+  }
+
+  void look(const Vec<Dim>& x) {
+    const Place place = place_of(x.data());
+    for (std::size_t d = 0; d < Dim; ++d)
+      if (place[d] < low_[d] - reach(d) || place[d] > high_[d] + reach(d)) return;
+    Place at;
+    for (Index k = -reach(2); Dim == 2 ? k == -reach(2) : k <= reach(2); ++k)
+      for (Index j = -reach(1); j <= reach(1); ++j)
+        for (Index i = -reach(0); i <= reach(0); ++i) {
+          at[0] = place[0] + i;
+          at[1] = place[1] + j;
+          if constexpr (Dim == 3) at[2] = place[2] + k;
+          if (const auto found = in_.find(key_of(at)); found != in_.end())
+            for (const std::size_t one : found->second) compare(one, x);
+        }
+  }
+  /// 1.0 where there is one: below and above each of the loaded particles.
+  const std::vector<double>& sides() const { return sides_; }
+
+ private:
+  using Place = std::array<Index, static_cast<std::size_t>(Dim)>;
+
+  /// Boxes as wide as the widest particle that may be neighbours.
+  Index reach(std::size_t d) const { return static_cast<int>(d) == axis_ ? 2 : 1; }
+  Place place_of(const double* x) const {
+    Place place;
+    for (std::size_t d = 0; d < Dim; ++d) place[d] = static_cast<Index>(std::floor(x[d] / widest_));
+    return place;
+  }
+  static std::size_t key_of(const Place& place) {
+    std::size_t key = 0;  // two places of one key only cost time
+    for (const Index i : place) key = key * 1000003 + static_cast<std::size_t>(i);
+    return key;
+  }
+  void compare(std::size_t one, const Vec<Dim>& x) {
+    constexpr double beside = 0.75, nearest = 0.5, furthest = 1.5;  // widths
+    double along = 0;
+    for (int d = 0; d < Dim; ++d) {
+      const double distance =
+          (x[d] - loaded_[one].x[static_cast<std::size_t>(d)]) / loaded_[one].width;
+      if (d == axis_)
+        along = distance;
+      else if (std::abs(distance) > beside)
+        return;
+    }
+    if (std::abs(along) <= nearest || std::abs(along) > furthest) return;
+    sides_[2 * one + (along > 0 ? 1 : 0)] = 1.0;
+  }
+
+  std::vector<Loaded<Dim>> loaded_;
+  int axis_;
+  std::vector<double> sides_;
+  double widest_ = 0;
+  std::unordered_map<std::size_t, std::vector<std::size_t>> in_;
+  Place low_{}, high_{};
+};
+
+}  // namespace
+
+// A traction acts on the surface: on the side of a particle where there is no other, if there is
+// one at its other side. One along the surface, such as shear, has no side.
+template <int Dim>
+void ScenarioBuilder<Dim>::place_tractions() {
+  constexpr double least = 0.5;  // of the particles of a traction that have a side
+  if (in_.cbgeo_defaults) return;
+  const auto& p = model_.particles;
+  std::vector<ParticleTraction> placed;
+  for (const ParticleTraction& traction : model_.tractions) {
+    std::vector<Loaded<Dim>> own;
+    if (!traction.all)
+      for (const Index id : traction.particles) {
+        const auto i = static_cast<std::size_t>(rows_.local(id));
+        Loaded<Dim>& one = own.emplace_back();
+        std::copy_n(p.x[i].data(), Dim, one.x.begin());
+        one.width = std::pow(p.volume[i] / depth_at(model_.analysis, p.x[i][0]), 1.0 / Dim);
+      }
+    const auto parts = team_.gather(own);
+    std::size_t first = 0;  // of this member's
+    for (int member = 0; member < team_.index(); ++member)
+      first += parts[static_cast<std::size_t>(member)].size();
+    Neighbours<Dim> neighbours(joined(parts), traction.dir);
+    for (const Vec<Dim>& x : p.x) neighbours.look(x);
+    const std::vector<double> sides = team_.most(neighbours.sides());
+    const auto side_of = [&](std::size_t i) {
+      return static_cast<int>(sides[2 * i] - sides[2 * i + 1]);
+    };
+    std::size_t with_side = 0;
+    for (std::size_t i = 0; i < sides.size() / 2; ++i) with_side += side_of(i) != 0 ? 1 : 0;
+    if (with_side == 0 ||
+        static_cast<double>(with_side) < least * static_cast<double>(sides.size() / 2)) {
+      placed.push_back(traction);
+      continue;
+    }
+    for (const int side : {-1, 0, 1}) {
+      ParticleTraction part = traction;
+      part.side = side;
+      part.particles.clear();
+      for (std::size_t k = 0; k < own.size(); ++k)
+        if (side_of(first + k) == side) part.particles.push_back(traction.particles[k]);
+      if (team_.any(!part.particles.empty())) placed.push_back(std::move(part));
+    }
+  }
+  if (placed.size() + model_.particle_velocities.size() <= max_particle_loads)
+    model_.tractions = std::move(placed);
+}
+
+}  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"
