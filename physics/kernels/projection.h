@@ -26,7 +26,11 @@
 ///
 /// The weight of a fluid is integrated by parts: u* is without it, and b_i gets dt g . a_i with
 /// a_i = int grad N_i dV. So the pressure of a fluid at rest is exact, however particles lie and
-/// cells are filled, and walls carry it.
+/// cells are filled, and walls carry it. With a liquid in the pores the same is done with what the
+/// gradient of water at rest does to both phases: b_i gets int dt c_d rho_l g_d dN_i/dx_d dV, and
+/// u* is without the impulses of that gradient at the nodes. (Else the operators of b and A differ
+/// at borders, and the skeleton takes over the weight of the water, the more the less permeable it
+/// is.)
 ///
 /// Velocities without divergence at nodes do not keep particles evenly spread: errors of steps add
 /// up where flows meet, such as in corners. A fluid without a free surface cannot close its voids.
@@ -80,6 +84,11 @@ void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
 /// no pressure that is kept carries it.
 template <int Dim>
 Vec<Dim> weight_out_of_velocities(const StepContext<Dim>& step);
+
+/// The gradient of the pressure of water at rest in pores, as far as no pressure that is kept has it
+/// [Pa/m].
+template <int Dim>
+Vec<Dim> pore_gradient_at_rest(const StepContext<Dim>& step);
 
 /// With the velocities v*: A and b begin with voids, cells that are filled, pressures that are
 /// given.

@@ -1,5 +1,7 @@
 /// \file Nodes in projections. All copies of a node do the same arithmetic on the same sums.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 
 #include "physics/kernels/kernels.h"
@@ -95,10 +97,68 @@ bool holds(const ConstrainedNode<Dim>& wall, int k, const Vec<Dim>& v, double sm
 /// that follow from a few particles far away: what their forces give counts as much less.
 constexpr double least_mass_share = 0.5;
 
+/// Velocities of both phases without what the gradient of water at rest (pore_gradient_at_rest())
+/// would take from them, where nodes are free: impulses on both, with implicit drag.
+template <int Dim>
+void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const Vec<Dim> gradient = pore_gradient_at_rest(step);
+  if (gradient.isZero(0.0)) return;
+  constexpr double rounding_of_velocity = 1e-9, aligned = 0.999;
+  double grains = std::numeric_limits<double>::infinity(), water = grains;  // densities
+  for (const Material& material : step.model->materials)
+    if (material.liquid) {
+      grains = std::min(grains, material.liquid->grain_density);
+      water = std::min(water, material.liquid->density);
+    }
+  const double dt = step.dt;
+  auto fixed = patch.fixed.begin();
+  auto fixed_liquid = patch.fixed_liquid.begin();
+  auto wall = patch.walls.begin();
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) {
+      while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
+      while (fixed_liquid != patch.fixed_liquid.end() && fixed_liquid->node < i) ++fixed_liquid;
+      while (wall != patch.walls.end() && wall->node < i) ++wall;
+      Eigen::Map<Vec<Dim>> v(at(patch.velocity, i)), w(at(patch.liquid.velocity, i));
+      const double m = at(patch.velocity, i)[mass_lane];
+      const double m_l = at(patch.liquid.velocity, i)[mass_lane];
+      if (!(m > 0 && m_l > 0)) continue;
+      std::array<bool, Dim> holds_skeleton{}, holds_liquid{};
+      for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f)
+        holds_skeleton[static_cast<std::size_t>(f->dir)] = true;
+      for (auto f = fixed_liquid; f != patch.fixed_liquid.end() && f->node == i; ++f)
+        holds_liquid[static_cast<std::size_t>(f->dir)] = true;
+      if (wall != patch.walls.end() && wall->node == i) {
+        const double small = rounding_of_velocity * (v.norm() + dt / water * gradient.norm());
+        for (int k = 0; k < Dim; ++k)
+          for (int d = 0; d < Dim; ++d)
+            if (std::abs(wall->axes(d, k)) > aligned && holds(*wall, k, Vec<Dim>(v), small))
+              holds_skeleton[static_cast<std::size_t>(d)] = true;
+      }
+      for (int d = 0; d < Dim; ++d) {
+        const double Q = dt * at(patch.liquid.drag, i)[d];
+        const bool held = holds_skeleton[static_cast<std::size_t>(d)];
+        const bool held_liquid = holds_liquid[static_cast<std::size_t>(d)];
+        const double on_skeleton = dt * m / grains * gradient[d];
+        const double on_liquid = dt * m_l / water * gradient[d];
+        if (!held && !held_liquid) {
+          const double slip =
+              (on_liquid / m_l - on_skeleton / m) / (1.0 + Q * (1.0 / m + 1.0 / m_l));
+          v[d] -= (on_skeleton + Q * slip) / m;
+          w[d] -= (on_liquid - Q * slip) / m_l;
+        } else if (!held) {
+          v[d] -= on_skeleton / (m + Q);
+        } else if (!held_liquid) {
+          w[d] -= on_liquid / (m_l + Q);
+        }
+      }
+    }
+}
+
 /// Velocities v* without what the weight of a fluid gives, where nodes are free.
 template <int Dim>
 void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (step.model->analysis.two_phase) return;
+  if (step.model->analysis.two_phase) return take_out_pore_weight(patch, step);
   constexpr double rounding_of_velocity = 1e-9;
   const Vec<Dim> weight = weight_out_of_velocities(step);
   double density = std::numeric_limits<double>::infinity();  // of the lightest fluid
@@ -137,6 +197,19 @@ Vec<Dim> weight_out_of_velocities(const StepContext<Dim>& step) {
   Vec<Dim> change;
   for (int d = 0; d < Dim; ++d) change[d] = (1.0 - analysis.projection.kept) * step.dt * g[d];
   return change;
+}
+
+template <int Dim>
+Vec<Dim> pore_gradient_at_rest(const StepContext<Dim>& step) {
+  const Analysis& analysis = step.model->analysis;
+  const NodeVector g = gravity_in(step);
+  double density = std::numeric_limits<double>::infinity();  // of the lightest liquid
+  for (const Material& material : step.model->materials)
+    if (material.liquid) density = std::min(density, material.liquid->density);
+  Vec<Dim> gradient = Vec<Dim>::Zero();
+  if (!analysis.two_phase || std::isinf(density)) return gradient;
+  for (int d = 0; d < Dim; ++d) gradient[d] = (1.0 - analysis.projection.kept) * density * g[d];
+  return gradient;
 }
 
 template <int Dim>
@@ -258,6 +331,7 @@ void take_pressure(Patch<Dim>& patch) {
 
 #define LAHAR_INSTANTIATE(Dim)                                                    \
   template Vec<Dim> weight_out_of_velocities<Dim>(const StepContext<Dim>&);       \
+  template Vec<Dim> pore_gradient_at_rest<Dim>(const StepContext<Dim>&);          \
   template void begin_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void end_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);   \
   template void close_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \

@@ -101,10 +101,11 @@ struct CellFlow {
 
   template <int Dim>
   void add(const BinFlow<Dim>& flow, const QuadraturePoint<Dim, Nodes>& point, double rate,
-           double dt, const Vec<Dim>& weight) {
+           double dt, const Vec<Dim>& weight, const Vec<Dim>& gradient) {
     for (int i = 0; i < Nodes; ++i) {
       double b = point.N[i] * (flow.released / dt - flow.volume * rate);
-      for (int d = 0; d < Dim; ++d) b += flow.volume * weight[d] * point.dN[d][i];
+      for (int d = 0; d < Dim; ++d)
+        b += (flow.volume * weight[d] + dt * flow.mobility[d] * gradient[d]) * point.dN[d][i];
       discharge[i] += point.weight * b;
       for (int j = 0; j < Nodes; ++j) {
         double value = i == j ? flow.storage * point.N[i] / dt : 0.0;
@@ -120,14 +121,14 @@ struct CellFlow {
 template <int Dim, int Nodes, std::size_t Points>
 void add_cell(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim>& flow,
               const std::array<QuadraturePoint<Dim, Nodes>, Points>& points, const Local* nodes) {
-  const Vec<Dim> weight = weight_out_of_velocities(step);
+  const Vec<Dim> weight = weight_out_of_velocities(step), gradient = pore_gradient_at_rest(step);
   CellFlow<Nodes> cell;
   for (const auto& point : points) {
     double rate = divergence_at(point, patch.velocity, nodes);
     if (flow.porosity > 0)
       rate = (1.0 - flow.porosity) * rate +
              flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
-    cell.add(flow, point, rate, step.dt, weight);
+    cell.add(flow, point, rate, step.dt, weight, gradient);
   }
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
   for (int i = 0; i < Nodes; ++i)
