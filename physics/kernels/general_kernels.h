@@ -32,7 +32,7 @@ template <int Dim, class Real>
 void map_smoothed(Patch<Dim>& patch, const PressureViscosity<Dim>& viscosity, ParticleBins bins,
                   double* sums);
 
-/// The same for quadratic splines in 3D.
+/// The same of the first four for quadratic splines in 3D.
 template <class Real>
 void map_spline_momentum(Patch<3>& patch, ParticleBins bins, const ParticleMomentum<3>& particle,
                          double* sums);
@@ -44,11 +44,8 @@ void map_spline_force(Patch<3>& patch, const StepContext<3>& step, ParticleBins 
                       ParticleStress<3> stress, double* sums);
 template <class Real>
 void map_spline_gradient(Patch<3>& patch, ParticleBins bins, const double* V, double* sums);
-template <class Real>
-void map_spline_smoothed(Patch<3>& patch, const PressureViscosity<3>& viscosity, ParticleBins bins,
-                         double* sums);
 
-/// Momentum, force and gradient with domains that have corners (CPDI) and no affine velocities.
+/// The same but for pressures, with domains that have corners (CPDI) and no affine velocities.
 template <int Dim, class Real>
 void map_domain_momentum(Patch<Dim>& patch, ParticleBins bins,
                          const ParticleMomentum<Dim>& particle, double* sums);

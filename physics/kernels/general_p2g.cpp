@@ -163,9 +163,6 @@ void map_momentum(Patch<Dim>& patch, ParticleBins bins, const ParticleMomentum<D
 template <int Dim, class Real>
 void map_smoothed(Patch<Dim>& patch, const PressureViscosity<Dim>& viscosity, ParticleBins bins,
                   double* sums) {
-  if constexpr (Dim == 3)
-    if (patch.basis == BasisKind::quadratic_spline)
-      return map_spline_smoothed<Real>(patch, viscosity, bins, sums);
   const double* m = patch.particles.row(Column::mass);
   const double* const field[1] = {patch.transfer.data()};
   for_each_general_bin(

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "physics/base/pack_bits.h"
-#include "physics/basis/nodal_fields.h"
 #include "physics/basis/tensor_basis.h"
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/particle_forces.h"
@@ -412,36 +411,10 @@ void map_spline_gradient(Patch<3>& patch, ParticleBins bins, const double* V, do
           __attribute__((always_inline)) { internal_force<Real>(basis, pressure, bin, window); });
 }
 
-template <class Real>
-void map_spline_smoothed(Patch<3>& patch, const PressureViscosity<3>& viscosity, ParticleBins bins,
-                         double* sums) {
-  const double* m = patch.particles.row(Column::mass);
-  const double* const field[1] = {patch.transfer.data()};
-  const Local* nodes = patch.topology.support_nodes.data();
-  for_each_spline_bin(
-      patch, bins, sums,
-      [&](const Basis& basis, const ParticleBin& bin,
-          SumsWindow& window) __attribute__((always_inline)) {
-        const bool viscous = viscosity.acts_on(bin);
-        const Local* of_cell = nodes + static_cast<std::ptrdiff_t>(tensor_nodes<3>) * bin.cell;
-        scatter<Real>(
-            basis, bin, window, [&](Local p, Local n, Real(&q)[4]) __attribute__((always_inline)) {
-              Real v[1][3];
-              interpolate<3, 1>(basis, p, field, of_cell, v);
-              const Real mass = load_first<Real>(m + p, n);
-              LAHAR_UNROLL
-              for (int d = 0; d < 3; ++d) q[d] = mass * v[0][d];
-              q[mass_lane] = viscous ? viscosity.template of<Real>(p, n) : Real(0.0);
-            });
-      });
-}
-
 template void map_spline_momentum<KernelReal>(Patch<3>&, ParticleBins, const ParticleMomentum<3>&,
                                               double*);
 template void map_spline_gradient<KernelReal>(Patch<3>&, ParticleBins, const double*, double*);
 template void map_spline_pressure<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins,
-                                              double*);
-template void map_spline_smoothed<KernelReal>(Patch<3>&, const PressureViscosity<3>&, ParticleBins,
                                               double*);
 template void map_spline_force<KernelReal>(Patch<3>&, const StepContext<3>&, ParticleBins,
                                            ParticleStress<3>, double*);
