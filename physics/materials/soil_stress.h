@@ -148,6 +148,10 @@ inline constexpr double small_step = 5e-3;
 /// result must agree with that of two half steps. `change` is the norm of the elastic stress
 /// increment [Pa], `pressure` what errors are compared with [Pa]. False, with sigma and
 /// state in whatever state, asks for a smaller increment.
+///
+/// The result goes over to that of the half steps before these are asked for, so that stresses are
+/// continuous in the strain: Newton's method does not converge at a jump. Derivatives are those of
+/// the whole step.
 template <std::size_t States, class Number, class Take>
 bool accurate_step(const Take& take, const VoigtOf<Number>& strain, double change, double pressure,
                    VoigtOf<Number>& sigma, Number* state) {
@@ -159,7 +163,14 @@ bool accurate_step(const Take& take, const VoigtOf<Number>& strain, double chang
   Voigt half = values_of(strain);
   for (double& component : half) component /= 2;
   if (!take(half, halves, copy.data()) || !take(half, halves, copy.data())) return false;
-  return distance(values_of(sigma), halves) <= step_error * pressure;
+  constexpr double begins = 0.5;  // of the largest error; the error of halves is half as large
+  const double error = distance(values_of(sigma), halves) / (step_error * pressure);
+  if (!(error <= 1)) return false;
+  const double t = std::max(error / begins - 1, 0.0), share = t * t * (3 - 2 * t);
+  if (share == 0) return true;
+  for (std::size_t k = 0; k < 6; ++k) sigma[k] += share * (halves[k] - value_of(sigma[k]));
+  for (std::size_t k = 0; k < States; ++k) state[k] += share * (copy[k] - value_of(state[k]));
+  return true;
 }
 
 }  // namespace lahar
