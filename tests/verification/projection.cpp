@@ -269,6 +269,43 @@ TEST_CASE("projection: water in pores at rest has the pressure of its depth, wha
   }
 }
 
+// From equilibrium. Operators that differ at borders let the skeleton take over the weight of the
+// water, the more the less permeable it is.
+TEST_CASE("projection: water at rest in pores stays so in soil of any permeability") {
+  for (const double k : {1e-3, 1e-5})
+    for (const double kept : {0.0, 0.5, 1.0}) {
+      CAPTURE(k);
+      CAPTURE(kept);
+      Simulation simulation(model_of_text<2>(fmt::format(
+          R"({{
+        "mesh": {{"structured": {{"cell_size": 0.1, "counts": [1, 11]}},
+          "boundary_conditions": {{
+            "velocity_constraints": [{{"nset": -1, "dir": "x", "velocity": 0}},
+                                     {{"nset": "base", "dir": "y", "velocity": 0}}],
+            "pressure_constraints": [{{"phase_id": 1, "nset": "top", "pressure": 0}}]}},
+          "particles_stresses": {{"type": "k0", "k0": 0.25}},
+          "particles_pore_pressures": {{"type": "water_table", "dir_v": 1, "dir_h": 0,
+                                       "water_tables": [{{"position": 0, "h0": 1}}]}}}},
+        "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                            "top": {{"half_space": {{"point": [0, 1], "normal": [0, -1]}}}}}}}},
+        "materials": [
+          {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
+           "poisson_ratio": 0.2, "porosity": 0.4, "k_x": {}}},
+          {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e8,
+           "dynamic_viscosity": 1e-3}}],
+        "particles": [{{"generator": {{"type": "region", "material": ["soil", "water"],
+          "per_cell": 2, "region": {{"box": {{"min": [0, 0], "max": [0.1, 1]}}}}}}}}],
+        "external_loading_conditions": {{"gravity": [0, -9.81]}},
+        "analysis": {{"mpm_scheme": "projection", "dt": 2e-4, "end_time": 1,
+                     "scheme_settings": {{"beta": {}}}}}}})",
+          k, kept)));
+      simulation.run();
+      const State state(simulation.frame());
+      for (Index p = 0; p < state.size(); ++p)
+        CHECK(std::abs(state.get("pore_pressure", p) / 9810 - (1 - state.x(p, 1))) < 0.005);
+    }
+}
+
 // Darcy: discharge n (v_l - v) = k i with the gradient i = p / (rho g L); 9.81 m/s^2 are in k.
 TEST_CASE("projection: a pressure below makes water flow upwards as Darcy says") {
   constexpr double base = 5e3, k = 1e-3;
