@@ -373,6 +373,7 @@ class ScenarioBuilder {
   void warn_of_few_particles();
   void warn_of_stiff_materials();
   void warn_of_viscous_steps();
+  void warn_of_missing_loads();
   // scenario_doubts_gravity.cpp
   void warn_of_gravity_upward();
   void warn_of_gravity_across(const JsonValue& gravity);

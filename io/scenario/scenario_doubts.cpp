@@ -50,6 +50,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_few_particles();
   warn_of_stiff_materials();
   warn_of_viscous_steps();
+  warn_of_missing_loads();
   warn_of_gravity_upward();
   warn_of_small_strength();
   warn_of_distant_gauges();

@@ -197,6 +197,37 @@ void ScenarioBuilder<Dim>::warn_of_stiff_materials() {
       "it touches");
 }
 
+// Stresses and pressures at the beginning that only a load on the ground keeps.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_missing_loads() {
+  const auto& tractions = model_.tractions;
+  const JsonValue* stresses = section("mesh").find("particles_stresses");
+  const JsonValue* surcharge =
+      stresses && stresses->is<JsonValue::Object>() ? stresses->find("surcharge") : nullptr;
+  if (surcharge && surcharge->is_number() && surcharge->number() != 0 && tractions.empty())
+    in_.warning(*surcharge, "nothing loads the ground: a surcharge is a stress alone",
+                "give the load as particle_surface_traction, too");
+  const JsonValue* pressures = section("mesh").find("particles_pore_pressures");
+  if (!pressures || !pressures->is<JsonValue::Object>() ||
+      get_text(*pressures, "type") != "water_table")
+    return;
+  double least = infinity, water = infinity;  // pressure [Pa], density [kg/m^3]
+  for (const double p : model_.particles.pore_pressure) least = std::min(least, p);
+  for (const Material& material : model_.materials)
+    if (material.liquid) water = std::min(water, material.liquid->density);
+  least = -team_.most(std::vector<double>{-least}).front();
+  const bool loaded = std::any_of(tractions.begin(), tractions.end(),
+                                  [](const ParticleTraction& t) { return t.on_liquid; });
+  const double cell = water * model_.gravity.norm() * outer_cell().maxCoeff();  // [Pa]
+  if (loaded || !(cell > 0) || std::isinf(cell) || std::isinf(least) || !(least > cell)) return;
+  in_.warning(*pressures,
+              fmt::format("the water table is above the ground, where nothing loads it: all pore "
+                          "pressures are {:.3g} Pa or more",
+                          least),
+              "give the pond's pressure p as two tractions: p on both phases, and p times the "
+              "porosity on the liquid; or lower the table");
+}
+
 // A yield stress makes a fluid very viscous where it hardly shears, and viscosity limits explicit
 // steps.
 template <int Dim>

@@ -107,6 +107,23 @@ TEST_CASE("two phases: values that look like those of other units are doubted") 
   CHECK(doubts({.soil = R"("porosity": 0.4, "k_x": 0.1)", .bulk_modulus = "1e8"}) == none);
 }
 
+TEST_CASE(
+    "a water table above the ground without its load, and a surcharge without one, are warned of") {
+  const auto said = [](const char* h0, const std::string& more = "") {
+    return warnings_of(read_scenario_text(
+        text_of({.mesh = fmt::format(R"(, "particles_pore_pressures": {{"type": "water_table",
+            "dir_v": 1, "dir_h": 0, "water_tables": [{{"position": 0, "h0": {}}}]}}{})",
+                                     h0, more)}),
+        ""));
+  };
+  CHECK(says(said("4"),
+             "the water table is above the ground, where nothing loads it: all pore "
+             "pressures are 2.1e+04 Pa or more"));
+  CHECK_FALSE(says(said("2"), "water table"));
+  CHECK(says(said("2", R"(, "particles_stresses": {"type": "k0", "k0": 0.5, "surcharge": 1e3})"),
+             "nothing loads the ground: a surcharge is a stress alone"));
+}
+
 TEST_CASE("two phases: a value out of bounds is not missing") {
   try {
     read_scenario_text(text_of({.soil = R"("porosity": 40, "k_x": 1e-3)"}), "");
