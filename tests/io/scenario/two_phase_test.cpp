@@ -118,7 +118,7 @@ TEST_CASE(
   };
   CHECK(says(said("4"),
              "the water table is above the ground, where nothing loads it: all pore "
-             "pressures are 2.1e+04 Pa or more"));
+             "pressures are 2.12e+04 Pa or more"));
   CHECK_FALSE(says(said("2"), "water table"));
   CHECK(says(said("2", R"(, "particles_stresses": {"type": "k0", "k0": 0.5, "surcharge": 1e3})"),
              "nothing loads the ground: a surcharge is a stress alone"));
