@@ -69,7 +69,7 @@ TEST_CASE("nodes get the same bits of particles' own forces by packs as one by o
         f.patch, f.patch.bins, [](const ParticleBin&) { return true; },
         [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
           add_particle_forces<Dim>(basis, bin, nodes, sums.data(),
-                                   [&](Local p) { return own.of(p); });
+                                   [&](Local p) { return SurfaceForce<Dim>{.force = own.of(p)}; });
           add_contact_couples(basis, bin, nodes, sums.data(), own.couples);
           add_one_by_one(basis, bin, nodes, expected.data(), own);
         });
