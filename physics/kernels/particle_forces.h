@@ -84,36 +84,68 @@ LAHAR_INLINE void give_gradients(const Basis& basis, Local first, unsigned bits,
   }
 }
 
-/// f_i += N_i f + c grad N_i for the particles of one bin, with {f [N], c [N m]} = force(p): what
-/// acts at a distance from the centre, to the first order of this distance. Component d of c goes
-/// with the gradient along d.
+/// Call add(i, dN) for the nodes of a cell with the gradients at particle p. Of splines, component
+/// d is that at a place beside it by component d of `shift` [m], as far as the cell goes.
+template <int Dim, class Basis, class Add>
+void give_gradients_beside(const Basis& basis, Local p, const Vec<Dim>& shift, Add add) {
+  Vec<Dim> gradient;
+  if constexpr (TensorBasis<Basis>) {
+    Scalar w[Dim][axis_nodes], dw[Dim][axis_nodes], s[Dim];
+    basis.weights(p, w, dw);
+    if constexpr (!Basis::volume_at_centre) {
+      basis.place(p, s);
+      for (int d = 0; d < Dim; ++d) {
+        const double per_length = basis.map.per_length[d];
+        basis.axis.slopes(d, p, Scalar(std::clamp(s[d][0] + shift[d] * per_length, 0.0, 1.0)),
+                          dw[d]);
+        for (Scalar& slope : dw[d]) slope *= per_length;
+      }
+      fold_at_border<Dim>(basis.border, dw);
+    }
+    for (int i = 0; i < Basis::nodes; ++i) {
+      const int k[3] = {i % axis_nodes, i / axis_nodes % axis_nodes, i / (axis_nodes * axis_nodes)};
+      for (int d = 0; d < Dim; ++d) {
+        gradient[d] = 1.0;
+        for (int e = 0; e < Dim; ++e) gradient[d] *= (e == d ? dw : w)[e][k[e]][0];
+      }
+      if (!gradient.isZero(0.0)) add(i, gradient);
+    }
+  } else {
+    Scalar dN[Dim][Basis::nodes];
+    basis.gradients(p, dN);
+    for (int i = 0; i < Basis::nodes; ++i) {
+      for (int d = 0; d < Dim; ++d) gradient[d] = dN[d][i][0];
+      add(i, gradient);
+    }
+  }
+}
+
+/// f_i += N_i f for the particles of one bin, with the forces force(p) and the functions at their
+/// places: N(x + o) = N(x) + o dN/dx(x + o / 2), which is exact for functions of the first and
+/// second order, with the offset o of each component along its axis.
 template <int Dim, class Basis, class Force>
 void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, Force force) {
   for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
-    NodeVector of_lane[lanes<Pack>], couple[lanes<Pack>];
-    unsigned acting = 0, turned = 0;  // bit per lane
+    NodeVector of_lane[lanes<Pack>];
+    unsigned acting = 0;  // bit per lane
     for (Local p = first; p < std::min(bin.end, first + lanes<Pack>); ++p) {
       const SurfaceForce<Dim> all = force(p);
       if (all.is_zero()) continue;
-      const Local lane = p - first;
-      acting |= 1u << lane;
-      of_lane[lane] = node_vector<Dim>(all.force);
-      if (!all.couple.isZero(0.0)) turned |= 1u << lane;
-      couple[lane] = node_vector<Dim>(all.couple);
+      acting |= 1u << (p - first);
+      of_lane[p - first] = node_vector<Dim>(all.force);
+      if (all.offset.isZero(0.0)) continue;
+      const Vec<Dim> couple = all.force.cwiseProduct(all.offset);
+      give_gradients_beside<Dim>(basis, p, Vec<Dim>(0.5 * all.offset),
+                                 [&](int i, const Vec<Dim>& dN) {
+                                   const Vec<Dim> of_node = couple.cwiseProduct(dN);
+                                   general::add_to_node(sums, nodes[i], node_vector<Dim>(of_node));
+                                 });
     }
     if (acting == 0) continue;
     give_functions<Dim>(basis, first, acting, [&](int lane) {
       return
           [=, f = of_lane[lane]](int i, double N) { general::add_to_node(sums, nodes[i], N * f); };
-    });
-    if (turned == 0) continue;
-    give_gradients<Dim>(basis, first, turned, [&](int lane) {
-      return [=, c = couple[lane]](int i, const double(&dN)[Dim]) {
-        Vec<Dim> gradient;
-        for (int d = 0; d < Dim; ++d) gradient[d] = dN[d];
-        general::add_to_node(sums, nodes[i], node_vector<Dim>(gradient) * c);
-      };
     });
   }
 }
@@ -171,13 +203,16 @@ void add_work_of_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
           for (int d = 0; d < Dim; ++d)
             patch.work.external +=
                 all.force[d] * (sum[0][d][0] - 0.5 * step.dt * sum[1][d][0]) * step.dt;
-          if (all.couple.isZero(0.0)) continue;
-          Scalar L[2][Dim][Dim];
-          for (int k = 0; k < 2; ++k)
-            general::gradient<Dim, Scalar>(basis, p, fields[k], nodes, L[k]);
-          for (int d = 0; d < Dim; ++d)
-            patch.work.external +=
-                all.couple[d] * (L[0][d][d][0] - 0.5 * step.dt * L[1][d][d][0]) * step.dt;
+          if (all.offset.isZero(0.0)) continue;
+          const Vec<Dim> couple = all.force.cwiseProduct(all.offset);
+          give_gradients_beside<Dim>(
+              basis, p, Vec<Dim>(0.5 * all.offset), [&](int i, const Vec<Dim>& dN) {
+                const auto at = static_cast<std::size_t>(nodes[i]) * node_width;
+                for (std::size_t d = 0; d < Dim; ++d)
+                  patch.work.external += couple[static_cast<int>(d)] * dN[static_cast<int>(d)] *
+                                         (velocity[at + d] - 0.5 * step.dt * acceleration[at + d]) *
+                                         step.dt;
+              });
         }
       });
 }

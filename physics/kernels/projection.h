@@ -17,7 +17,7 @@
 /// rho_s' and rho_l' being the masses of the phases per volume. Without drag this is
 /// (1 - n) / rho_s + n / rho_l, with much of it 1 / (rho_s' + rho_l'): both move together. The
 /// liquid in pores keeps its bulk modulus K: n / (K dt) is added to the diagonal of A, and n / (K
-/// dt) of the pressure that is not kept to b.
+/// dt) of the pressure that is not kept to b, as it is at the nodes: with its gradient in the cell.
 ///
 /// Forces are then -sum_p V_p N_i grad dp (of the liquid in pores n times that): gradients, not
 /// pressures, act at nodes, so that a pressure which does not change with place gives no force,
@@ -85,8 +85,8 @@ void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
 template <int Dim>
 Vec<Dim> weight_out_of_velocities(const StepContext<Dim>& step);
 
-/// The gradient of the pressure of water at rest in pores, as far as no pressure that is kept has it
-/// [Pa/m].
+/// The gradient of the pressure of water at rest in pores, as far as no pressure that is kept has
+/// it [Pa/m].
 template <int Dim>
 Vec<Dim> pore_gradient_at_rest(const StepContext<Dim>& step);
 

@@ -1,4 +1,5 @@
 /// \file The linear system of a projection: what particles and cells give to it.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 
@@ -11,6 +12,7 @@
 #include "physics/kernels/projection.h"
 #include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/node_place.h"
 
 namespace lahar {
 
@@ -19,16 +21,19 @@ namespace {
 /// Sums over the particles of a bin.
 template <int Dim>
 struct BinFlow {
-  double volume = 0;       ///< [m^3]
-  double mobility[Dim]{};  ///< [m^6/kg] sum_p V_p c_d
-  double storage = 0;      ///< [m^3/Pa] sum_p V_p n / K
-  double released = 0;     ///< [m^3] of it, where a part of the pressure is not kept
-  double porosity = 0;     ///< [-]; 0 of a fluid
+  double volume = 0;                     ///< [m^3]
+  double mobility[Dim]{};                ///< [m^6/kg] sum_p V_p c_d
+  double storage = 0;                    ///< [m^3/Pa] sum_p V_p n / K
+  double released = 0;                   ///< [m^3] of it, where a part of the pressure is not kept
+  double porosity = 0;                   ///< [-]; 0 of a fluid
+  Vec<Dim> centre = Vec<Dim>::Zero();    ///< [m] mean place of `released`
+  Vec<Dim> gradient = Vec<Dim>::Zero();  ///< [m^2] of `released`, in the cell
 
   void scale(double factor) {
     volume *= factor;
     storage *= factor;
     released *= factor;
+    gradient *= factor;
     for (double& of_axis : mobility) of_axis *= factor;
   }
 };
@@ -44,6 +49,37 @@ BinFlow<Dim> flow_of_fluid(const Patch<Dim>& patch, const ParticleBin& bin) {
   }
   std::fill_n(flow.mobility, Dim, flow.mobility[0]);
   return flow;
+}
+
+/// How the pressure of the particles of a bin, `row`, changes with their place, from their mean
+/// place on [Pa/m]: least squares, none along directions in which they do not lie apart.
+template <int Dim>
+Vec<Dim> gradient_in_bin(const Patch<Dim>& patch, const ParticleBin& bin, const double* row,
+                         const Vec<Dim>& centre) {
+  using Matrix = Eigen::Matrix<double, Dim, Dim>;
+  constexpr double least = 1e-4;  // spread of particles that lie apart, of the cell's size squared
+  const auto x = patch.particles.template rows<Dim>(Column::x);
+  Matrix spread = Matrix::Zero();
+  Vec<Dim> moment = Vec<Dim>::Zero();
+  double mean = 0;
+  for (Local p = bin.begin; p < bin.end; ++p) mean += row[p];
+  mean /= static_cast<double>(bin.end - bin.begin);
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    Vec<Dim> away;
+    for (std::size_t d = 0; d < Dim; ++d) away[static_cast<int>(d)] = x[d][p];
+    away -= centre;
+    spread += away * away.transpose();
+    moment += away * (row[p] - mean);
+  }
+  const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
+  const Eigen::SelfAdjointEigenSolver<Matrix> axes(spread);
+  Vec<Dim> gradient = Vec<Dim>::Zero();
+  for (int k = 0; k < Dim; ++k) {
+    const Vec<Dim> axis = axes.eigenvectors().col(k);
+    if (axes.eigenvalues()[k] > least * h * h)
+      gradient += axis.dot(moment) / axes.eigenvalues()[k] * axis;
+  }
+  return gradient;
 }
 
 /// See projection.h.
@@ -70,6 +106,14 @@ BinFlow<Dim> flow_in_pores(const Patch<Dim>& patch, const ParticleBin& bin, cons
     flow.released += storage * (1.0 - kept) * pressure[p];
   }
   flow.porosity = mean_porosity(patch, pores, bin);
+  if (kept < 1.0) {
+    const auto x = patch.particles.template rows<Dim>(Column::x);
+    for (Local p = bin.begin; p < bin.end; ++p)
+      for (std::size_t d = 0; d < Dim; ++d)
+        flow.centre[static_cast<int>(d)] += x[d][p] / static_cast<double>(bin.end - bin.begin);
+    flow.gradient =
+        flow.storage * (1.0 - kept) * gradient_in_bin(patch, bin, pressure, flow.centre);
+  }
   return flow;
 }
 
@@ -101,9 +145,12 @@ struct CellFlow {
 
   template <int Dim>
   void add(const BinFlow<Dim>& flow, const QuadraturePoint<Dim, Nodes>& point, double rate,
-           double dt, const Vec<Dim>& weight, const Vec<Dim>& gradient) {
+           double dt, const Vec<Dim>& weight, const Vec<Dim>& gradient,
+           const std::array<Vec<Dim>, Nodes>& place) {
     for (int i = 0; i < Nodes; ++i) {
-      double b = point.N[i] * (flow.released / dt - flow.volume * rate);
+      const double released =
+          flow.released + flow.gradient.dot(place[static_cast<std::size_t>(i)] - flow.centre);
+      double b = point.N[i] * (released / dt - flow.volume * rate);
       for (int d = 0; d < Dim; ++d)
         b += (flow.volume * weight[d] + dt * flow.mobility[d] * gradient[d]) * point.dN[d][i];
       discharge[i] += point.weight * b;
@@ -122,13 +169,17 @@ template <int Dim, int Nodes, std::size_t Points>
 void add_cell(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim>& flow,
               const std::array<QuadraturePoint<Dim, Nodes>, Points>& points, const Local* nodes) {
   const Vec<Dim> weight = weight_out_of_velocities(step), gradient = pore_gradient_at_rest(step);
+  std::array<Vec<Dim>, Nodes> place;
+  place.fill(flow.centre);
+  if (!flow.gradient.isZero(0.0))
+    for (std::size_t i = 0; i < Nodes; ++i) place[i] = place_of(patch, *step.model->mesh, nodes[i]);
   CellFlow<Nodes> cell;
   for (const auto& point : points) {
     double rate = divergence_at(point, patch.velocity, nodes);
     if (flow.porosity > 0)
       rate = (1.0 - flow.porosity) * rate +
              flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
-    cell.add(flow, point, rate, step.dt, weight, gradient);
+    cell.add(flow, point, rate, step.dt, weight, gradient, place);
   }
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
   for (int i = 0; i < Nodes; ++i)

@@ -71,16 +71,15 @@ PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Loc
   return found;
 }
 
-/// Forces that act on a particle, along each axis at its place on that axis.
+/// Forces that act on a particle, each component at its place along its own axis.
 template <int Dim>
 struct SurfaceForce {
-  Vec<Dim> force = Vec<Dim>::Zero();  ///< [N]
-  Vec<Dim> couple =
-      Vec<Dim>::Zero();  ///< [N m] its components times their distance from the centre
+  Vec<Dim> force = Vec<Dim>::Zero();   ///< [N]
+  Vec<Dim> offset = Vec<Dim>::Zero();  ///< [m] from the particle's centre, of each component
 
   bool is_zero() const { return force.isZero(0.0); }
   friend SurfaceForce mean(const SurfaceForce& a, const SurfaceForce& b) {
-    return {0.5 * (a.force + b.force), 0.5 * (a.couple + b.couple)};
+    return {0.5 * (a.force + b.force), 0.5 * (a.offset + b.offset)};
   }
 };
 
@@ -101,7 +100,7 @@ SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
     const double size = particles.row(Column::size)[p];
     all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) *
                          particles.row(Column::volume)[p] / size;
-    all.couple[one.dir] = 0.5 * one.side * size * all.force[one.dir];
+    all.offset[one.dir] = 0.5 * one.side * size;
   }
   return all;
 }
