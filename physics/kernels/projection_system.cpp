@@ -1,5 +1,5 @@
 /// \file The linear system of a projection: what particles and cells give to it.
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 
@@ -51,13 +51,13 @@ BinFlow<Dim> flow_of_fluid(const Patch<Dim>& patch, const ParticleBin& bin) {
   return flow;
 }
 
-/// How the pressure of the particles of a bin, `row`, changes with their place, from their mean
-/// place on [Pa/m]: least squares, none along directions in which they do not lie apart.
+/// How the pressure of the particles of a bin, `row`, changes with their place [Pa/m]: by least
+/// squares from their mean place on, not at all along directions in which they do not lie apart.
 template <int Dim>
 Vec<Dim> gradient_in_bin(const Patch<Dim>& patch, const ParticleBin& bin, const double* row,
                          const Vec<Dim>& centre) {
   using Matrix = Eigen::Matrix<double, Dim, Dim>;
-  constexpr double least = 1e-4;  // spread of particles that lie apart, of the cell's size squared
+  constexpr double least = 1e-9;  // of the cell's size squared: a spread that counts as none
   const auto x = patch.particles.template rows<Dim>(Column::x);
   Matrix spread = Matrix::Zero();
   Vec<Dim> moment = Vec<Dim>::Zero();
@@ -72,14 +72,8 @@ Vec<Dim> gradient_in_bin(const Patch<Dim>& patch, const ParticleBin& bin, const 
     moment += away * (row[p] - mean);
   }
   const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
-  const Eigen::SelfAdjointEigenSolver<Matrix> axes(spread);
-  Vec<Dim> gradient = Vec<Dim>::Zero();
-  for (int k = 0; k < Dim; ++k) {
-    const Vec<Dim> axis = axes.eigenvectors().col(k);
-    if (axes.eigenvalues()[k] > least * h * h)
-      gradient += axis.dot(moment) / axes.eigenvalues()[k] * axis;
-  }
-  return gradient;
+  spread += least * h * h * static_cast<double>(bin.end - bin.begin) * Matrix::Identity();
+  return spread.inverse() * moment;
 }
 
 /// See projection.h.
