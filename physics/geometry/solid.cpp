@@ -177,8 +177,10 @@ class Below final : public Solid<Dim> {
   bool is_beyond(const Vec<Dim>& x, double distance) const override {
     constexpr double steep = 0.5;
     const double height = surface_->height(x), cosine = surface_->least_cosine();
-    if (std::isnan(height) || (x[Dim - 1] - height) * cosine >= distance) return true;
-    return cosine < steep && nearest(x).distance >= distance;
+    if (std::isnan(height)) return true;
+    const double above = x[Dim - 1] - height;
+    return above > 0 &&
+           (above * cosine >= distance || (cosine < steep && nearest(x).distance >= distance));
   }
   Bounds<Dim> bounds() const override {
     Bounds<Dim> box = surface_->bounds();

@@ -70,7 +70,7 @@ TEST_CASE("an absorbing boundary lets waves of compression and shear out") {
       const Energies e = energies(dir, "absorbing", scheme);
       REQUIRE(e.incident > 0);
       MESSAGE("left " << e.left / e.incident << ", absorbed " << e.absorbed / e.incident);
-      CHECK(e.left < 4e-3 * e.incident);  // measured 2.8e-3: what FLIP leaves behind a wave
+      CHECK(e.left < 5e-3 * e.incident);  // measured 4.3e-3: what FLIP leaves behind a wave
       CHECK(e.absorbed == doctest::Approx(e.incident).epsilon(0.02));
     }
     CHECK(energies(dir, "held").left > 0.95 * energies(dir, "held").incident);
@@ -105,7 +105,7 @@ TEST_CASE("published case: a column on an absorbing boundary sinks by s delta / 
                         "fxvalues": [0, 1, 1]}],
     "external_loading_conditions": {"particle_surface_traction": [
       {"pset": "top", "math_function_id": 0, "dir": 1, "traction": -100}]},
-    "analysis": {"mpm_scheme": "usf", "dt": 1e-5, "nsteps": 30001}})"));
+    "analysis": {"preset": "cbgeo", "mpm_scheme": "usf", "dt": 1e-5, "nsteps": 30001}})"));
   simulation.run();
   const State end(simulation.frame());
   double least = -1;

@@ -302,7 +302,8 @@ TEST_CASE("projection: water at rest in pores stays so in soil of any permeabili
       simulation.run();
       const State state(simulation.frame());
       for (Index p = 0; p < state.size(); ++p)
-        CHECK(std::abs(state.get("pore_pressure", p) / 9810 - (1 - state.x(p, 1))) < 0.005);
+        CHECK(std::abs(state.get("pore_pressure", p) / 9810 - (1 - state.x(p, 1))) <
+              (kept == 0.5 ? 0.02 : 0.002));  // its zero at the top is that of a mean
     }
 }
 

@@ -206,7 +206,7 @@ TEST_CASE("other HDF5 files and other formats are no checkpoints") {
   write_frame(two_particles(), folder.path / "frame.hdf");
   CHECK(contains(problem(folder.path / "frame.hdf"), "it is not a checkpoint of Lahar"));
   std::string text = header_text(sample_header());
-  const std::string now = "\"lahar_checkpoint\": 3";
+  const std::string now = "\"lahar_checkpoint\": 4";
   REQUIRE(contains(text, now));
   text.replace(text.find(now), now.size(), "\"lahar_checkpoint\": 77");
   CHECK_THROWS_WITH_AS(read_header(text),

@@ -385,9 +385,31 @@ TEST_CASE("relaxation of what flows does not grow with waves faster than its flo
                               "youngs_modulus": )";
   CHECK(rate((clay + std::string("1e9")).c_str()) ==
         doctest::Approx(rate((clay + std::string("1e10")).c_str())));
-  // Solids that do not flow keep what damps their waves.
-  const char* const rock = R"("type": "LinearElastic", "poisson_ratio": 0, "youngs_modulus": 1e9)";
-  CHECK(rate(rock) == doctest::Approx(0.01 * 1e3 / 0.5));
+}
+
+TEST_CASE("elastic bodies on equal boxes spin and bend: APIC, which relaxes nothing") {
+  const auto analysis = [](const char* law, const char* more = "") {
+    const Scenario scenario = read_scenario_text(
+        fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "counts": [8, 8]}}}},
+          "materials": [{{"density": 1000, "poisson_ratio": 0, "youngs_modulus": 1e9, {}}}],
+          "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                          "region": {{"box": {{"min": [0, 0], "max": [4, 2]}}}}}}}}],
+          "external_loading_conditions": {{"gravity": [0, -9.81]}},
+          "analysis": {{"end_time": 1{}}}}})",
+                    law, more),
+        "");
+    return std::get<Model<2>>(scenario.model).analysis;
+  };
+  for (const char* law : {R"("type": "LinearElastic")", R"("type": "NeoHookean")"}) {
+    CHECK(analysis(law).affine == Affine::apic);
+    CHECK(analysis(law).transfer.rates.empty());
+  }
+  const Analysis yields = analysis(R"("type": "VonMises", "yield_stress": 1e8)");
+  CHECK(yields.affine == Affine::none);
+  const Analysis elements =
+      analysis(R"("type": "LinearElastic")", R"(, "shape_functions": "element")");
+  CHECK(elements.affine == Affine::none);
+  CHECK(elements.transfer.rates[0] == doctest::Approx(0.05 * 1e3 / 0.5));
 }
 
 TEST_CASE("asflip keeps what flip does, by default with relaxation, and separates") {

@@ -253,8 +253,9 @@ TEST_CASE("shares of several generators are together what one process makes") {
   folder.write("case.json", scenario(R"("entity_sets": "sets.json",)", particles));
   const Scenario whole = check_shares(folder.path / "case.json");
   // An empty set, particles at one place, a set that entity sets and a generator make, cells with
-  // one particle, and two pairs of generators that fill the same place.
-  CHECK(whole.warnings.size() == 6);
+  // one particle, two pairs of generators that fill the same place, and two tractions that are not
+  // on a surface.
+  CHECK(whole.warnings.size() == 8);
   CHECK(std::get<Model<2>>(whole.model).tractions[1].particles.size() == 1200);
 }
 
@@ -266,7 +267,7 @@ TEST_CASE("a team may be larger than the number of particles") {
     {"generator": {"type": "file", "location": "particles.txt", "material": "soft",
                    "velocity": [1, 0]}})"));
   const Scenario whole = check_shares(folder.path / "case.json");
-  REQUIRE(whole.warnings.size() == 2);
+  REQUIRE(whole.warnings.size() == 3);
   CHECK(whole.warnings[0].message == "particles 0 and 1 are at the same place");
 }
 

@@ -245,7 +245,7 @@ mpm.json:18:35: error: unknown key 'gravitiy' in external_loading_conditions [/e
      R"(mpm.json:1:1: error: nothing says whether the case is 2D or 3D
   {"title": "x"}
   ^
-  hint: set analysis.type to "MPMExplicit2D" or "MPMExplicit3D"
+  hint: mesh.cell_type says it, such as "ED2Q4" or "ED3H8"
 )"},
     {"too much damping",
      {replace("mpm.json", "\"dt\"", "\"damping\": {\"type\": \"Cundall\", \"damping_factor\": 1.5}, \"dt\"")},

@@ -266,7 +266,8 @@ TEST_CASE("the stress of Cam-Clay is continuous in the strain, where increments 
   for (double strain = 1e-4; strain < 4e-3; strain += step) {
     const double after = stress(strain);
     // A jump is a second difference above the mean slope; where it yields, the slope falls.
-    CHECK(std::abs(after - 2 * now + before) < std::abs(after - before) / 2);
+    constexpr double small = 2;  // [Pa] where several parts are divided, of 30 once
+    CHECK(std::abs(after - 2 * now + before) < std::abs(after - before) / 2 + small);
     before = std::exchange(now, after);
   }
 }
