@@ -38,7 +38,7 @@ struct CutStage {
 /// Cuts a row of patches; `arriving(p, rank)` is what it costs to give patch p to a rank.
 template <class Arriving>
 CutStage next_stage(const WeightPrefix& prefix, Index most, const Window& from, const Window& to,
-                 const CutStage& before, Arriving&& arriving) {
+                    const CutStage& before, Arriving&& arriving) {
   std::vector<Index> arrived(static_cast<std::size_t>(to.last - from.first) + 1, 0);
   for (std::size_t k = 1; k < arrived.size(); ++k)
     arrived[k] = arrived[k - 1] + arriving(from.first + static_cast<int>(k) - 1);
