@@ -16,7 +16,7 @@ namespace {
 constexpr double reached = 1e-11;
 /// Perturbation of a strain for the tangent, as a share of the step's largest strain.
 constexpr double perturbation = 1e-6;
-constexpr int most_iterations = 100, most_halvings = 25;
+constexpr int most_iterations = 100, most_strain_halvings = 25;
 constexpr int most_divisions = 6;  // of an increment, by two
 
 }  // namespace
@@ -167,7 +167,7 @@ class MaterialPoint::Search {
   double move(const Eigen::VectorXd& step) {
     const double before = residual(now_).norm();
     double share = 1;
-    for (int halving = 0; halving <= most_halvings; ++halving, share *= 0.5) {
+    for (int halving = 0; halving <= most_strain_halvings; ++halving, share *= 0.5) {
       Voigt next = trial_;
       for (Eigen::Index i = 0; i < n(); ++i) next[component(i)] += share * step[i];
       Answer there = point_.answer(next, dt_);

@@ -19,7 +19,7 @@ namespace lahar {
 namespace {
 
 /// Halvings of a change that makes the unbalanced force larger, and how much larger it may become.
-constexpr int most_halvings = 4;
+constexpr int most_load_halvings = 4;
 constexpr double most_growth = 2.0;
 /// Times that friction turns with the sliding that was found, in a part of a step.
 constexpr int most_turns = 4;
@@ -162,7 +162,7 @@ bool ImplicitSolver<Dim>::iterate() {
     const double before = k == 0 ? std::numeric_limits<double>::infinity() : balance.residual;
     balance = linearize();
     double share = 1.0;
-    for (int h = 0; k > 0 && h < most_halvings; ++h) {
+    for (int h = 0; k > 0 && h < most_load_halvings; ++h) {
       if (balance.is_good() && (balance.residual <= most_growth * before || !balance.settled))
         break;
       share *= 0.5;
