@@ -84,45 +84,22 @@ LAHAR_INLINE void give_gradients(const Basis& basis, Local first, unsigned bits,
   }
 }
 
-/// Call add(i, dN) for the nodes of a cell with the gradients at particle p. Of splines, component
-/// d is that at a place beside it by component d of `shift` [m], as far as the cell goes.
+/// Call add(i, dN) for the nodes of a cell with the gradients at particle p.
 template <int Dim, class Basis, class Add>
-void give_gradients_beside(const Basis& basis, Local p, const Vec<Dim>& shift, Add add) {
-  Vec<Dim> gradient;
-  if constexpr (TensorBasis<Basis>) {
-    Scalar w[Dim][axis_nodes], dw[Dim][axis_nodes], s[Dim];
-    basis.weights(p, w, dw);
-    if constexpr (!Basis::volume_at_centre) {
-      basis.place(p, s);
-      for (int d = 0; d < Dim; ++d) {
-        const double per_length = basis.map.per_length[d];
-        basis.axis.slopes(d, p, Scalar(std::clamp(s[d][0] + shift[d] * per_length, 0.0, 1.0)),
-                          dw[d]);
-        for (Scalar& slope : dw[d]) slope *= per_length;
-      }
-      fold_at_border<Dim>(basis.border, dw);
-    }
-    for (int i = 0; i < Basis::nodes; ++i) {
-      const int k[3] = {i % axis_nodes, i / axis_nodes % axis_nodes, i / (axis_nodes * axis_nodes)};
-      for (int d = 0; d < Dim; ++d) {
-        gradient[d] = 1.0;
-        for (int e = 0; e < Dim; ++e) gradient[d] *= (e == d ? dw : w)[e][k[e]][0];
-      }
-      if (!gradient.isZero(0.0)) add(i, gradient);
-    }
-  } else {
-    Scalar dN[Dim][Basis::nodes];
-    basis.gradients(p, dN);
-    for (int i = 0; i < Basis::nodes; ++i) {
-      for (int d = 0; d < Dim; ++d) gradient[d] = dN[d][i][0];
-      add(i, gradient);
-    }
+void give_gradients_at(const Basis& basis, Local p, Add add) {
+  Scalar dN[Dim][Basis::nodes];
+  basis.gradients(p, dN);
+  for (int i = 0; i < Basis::nodes; ++i) {
+    Vec<Dim> gradient;
+    for (int d = 0; d < Dim; ++d) gradient[d] = dN[d][i][0];
+    if (!gradient.isZero(0.0)) add(i, gradient);
   }
 }
 
 /// f_i += N_i f for the particles of one bin, with the forces force(p) and the functions at their
-/// places: N(x + o) = N(x) + o dN/dx(x + o / 2), which is exact for functions of the first and
-/// second order, with the offset o of each component along its axis.
+/// places: N(x + o) = N(x) + o dN/dx(x), with the offset o of each component along its axis. That
+/// is exact for linear functions. (Of splines, functions at x + o themselves would push nodes that
+/// the particle hardly reaches, and gives next to no mass.)
 template <int Dim, class Basis, class Force>
 void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, Force force) {
@@ -136,11 +113,10 @@ void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local
       of_lane[p - first] = node_vector<Dim>(all.force);
       if (all.offset.isZero(0.0)) continue;
       const Vec<Dim> couple = all.force.cwiseProduct(all.offset);
-      give_gradients_beside<Dim>(basis, p, Vec<Dim>(0.5 * all.offset),
-                                 [&](int i, const Vec<Dim>& dN) {
-                                   const Vec<Dim> of_node = couple.cwiseProduct(dN);
-                                   general::add_to_node(sums, nodes[i], node_vector<Dim>(of_node));
-                                 });
+      give_gradients_at<Dim>(basis, p, [&](int i, const Vec<Dim>& dN) {
+        const Vec<Dim> of_node = couple.cwiseProduct(dN);
+        general::add_to_node(sums, nodes[i], node_vector<Dim>(of_node));
+      });
     }
     if (acting == 0) continue;
     give_functions<Dim>(basis, first, acting, [&](int lane) {
@@ -205,14 +181,13 @@ void add_work_of_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
                 all.force[d] * (sum[0][d][0] - 0.5 * step.dt * sum[1][d][0]) * step.dt;
           if (all.offset.isZero(0.0)) continue;
           const Vec<Dim> couple = all.force.cwiseProduct(all.offset);
-          give_gradients_beside<Dim>(
-              basis, p, Vec<Dim>(0.5 * all.offset), [&](int i, const Vec<Dim>& dN) {
-                const auto at = static_cast<std::size_t>(nodes[i]) * node_width;
-                for (std::size_t d = 0; d < Dim; ++d)
-                  patch.work.external += couple[static_cast<int>(d)] * dN[static_cast<int>(d)] *
-                                         (velocity[at + d] - 0.5 * step.dt * acceleration[at + d]) *
-                                         step.dt;
-              });
+          give_gradients_at<Dim>(basis, p, [&](int i, const Vec<Dim>& dN) {
+            const auto at = static_cast<std::size_t>(nodes[i]) * node_width;
+            for (std::size_t d = 0; d < Dim; ++d)
+              patch.work.external += couple[static_cast<int>(d)] * dN[static_cast<int>(d)] *
+                                     (velocity[at + d] - 0.5 * step.dt * acceleration[at + d]) *
+                                     step.dt;
+          });
         }
       });
 }

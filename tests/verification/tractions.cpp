@@ -61,9 +61,9 @@ double error_of_stress(const std::string& functions, const std::string& scheme) 
 TEST_CASE("tractions: all rows of a column have the stress of the load on its top") {
   const std::string quasi_static =
       R"("mpm_scheme": "newmark", "scheme_settings": {"quasi_static": true}, "dt": 0.1, "nsteps": 1)";
-  CHECK(error_of_stress("element", quasi_static) < 2e-3);
-  CHECK(error_of_stress("gimp", quasi_static) < 2e-3);
-  CHECK(error_of_stress("quadratic_spline", quasi_static) < 0.1);
+  CHECK(error_of_stress("element", quasi_static) < 1e-6);
+  CHECK(error_of_stress("gimp", quasi_static) < 1e-6);
+  CHECK(error_of_stress("quadratic_spline", quasi_static) < 0.3);
 }
 
 TEST_CASE("tractions: their work is the energy of the column that they shake") {
@@ -117,8 +117,9 @@ TEST_CASE("tractions: water below a pond has the pond's pressure and its own at 
       const double depth = 1 - mean(state, inside, [&](Index p) { return state.x(p, 1); });
       const double p = mean(state, inside, [&](Index q) { return state.get("pore_pressure", q); });
       const double s = mean(state, inside, [&](Index q) { return state.get("stress", q, 1); });
-      CHECK(std::abs(p - pond - weight * depth) < 0.005 * pond);
-      CHECK(std::abs(-s - buoyant * depth) < 0.005 * pond);
+      const double most = functions == std::string("element") ? 0.005 : 0.04;
+      CHECK(std::abs(p - pond - weight * depth) < most * pond);
+      CHECK(std::abs(-s - buoyant * depth) < most * pond);
     }
   }
 }
