@@ -67,8 +67,8 @@ IncrementOf<Number> part_of(const IncrementOf<Number>& whole, int parts) {
   return part;
 }
 
-/// An increment that does not converge is halved, and its halves are, at most so often.
-inline constexpr int most_halvings = 10;
+/// An increment that does not converge is done in 2, 4, ... parts, at most as many as this.
+inline constexpr int most_parts = 1 << 10;
 /// Where even these do not converge, in so many parts, of which some end on an admissible stress
 /// that is not the law's own.
 inline constexpr int landing_parts = 16;
@@ -81,43 +81,26 @@ LAHAR_INLINE void set_lane(PackOf<W>& pack, int lane, double value) {
     pack.v[lane] = value;
 }
 
-/// An increment as a whole by `law.update_one(increment, stress, state)`, which returns whether it
-/// converged, or else its halves, each the same way, `halvings` times at most. (Only what does not
-/// converge is halved: what an increment next to it does stays the same, so that stresses are
-/// continuous in the strain if those of update_one are.) Returns the number of parts; 0 = one did
-/// not converge, stress and state are as before.
-template <class LawType, class Number>
-int update_by_halves(const LawType& law, const IncrementOf<Number>& whole, VoigtOf<Number>& stress,
-                     Number* state, int halvings) {
-  constexpr std::size_t n = LawType::state.size();
-  VoigtOf<Number> s = stress;
-  std::array<Number, n> q;
-  std::copy_n(state, n, q.begin());
-  int parts = law.update_one(whole, s, q.data()) ? 1 : 0;
-  if (parts == 0) {
-    if (halvings == 0) return 0;
-    const IncrementOf<Number> half = part_of(whole, 2);
-    s = stress;
-    std::copy_n(state, n, q.begin());
-    for (int k = 0; k < 2; ++k) {
-      const int of_half = update_by_halves(law, half, s, q.data(), halvings - 1);
-      if (of_half == 0) return 0;
-      parts += of_half;
-    }
-  }
-  stress = s;
-  std::copy_n(q.begin(), n, state);
-  return parts;
-}
-
-/// One increment of one particle, in parts where it does not converge as a whole. Where none is
-/// small enough `law.land(increment, stress, state)`, if there is one, gives a stress that the law
-/// allows, part by part. Returns the number of parts; 0 = there is no result, stress and state are
-/// as before.
+/// One increment of one particle: as a whole by `law.update_one(increment, stress, state)`, which
+/// returns whether it converged, or else in equal parts. Where none is small enough
+/// `law.land(increment, stress, state)`, if there is one, gives a stress that the law allows, part
+/// by part. Returns the number of parts; 0 = there is no result, stress and state are as before.
 template <class LawType, class Number>
 int update_in_parts(const LawType& law, const std::type_identity_t<IncrementOf<Number>>& whole,
                     VoigtOf<Number>& stress, Number* state) {
-  if (const int parts = update_by_halves(law, whole, stress, state, most_halvings)) return parts;
+  constexpr std::size_t n = LawType::state.size();
+  for (int parts = 1; parts <= most_parts; parts *= 2) {
+    const IncrementOf<Number> part = part_of(whole, parts);
+    VoigtOf<Number> s = stress;
+    std::array<Number, n> q;
+    std::copy_n(state, n, q.begin());
+    bool converged = true;
+    for (int i = 0; i < parts && converged; ++i) converged = law.update_one(part, s, q.data());
+    if (!converged) continue;
+    stress = s;
+    std::copy_n(q.begin(), n, state);
+    return parts;
+  }
   if constexpr (requires(const IncrementOf<Number>& in) { law.land(in, stress, state); }) {
     // What is not finite to begin with stays so: the step tells of it.
     const IncrementOf<Number> part = part_of(whole, landing_parts);

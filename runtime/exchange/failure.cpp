@@ -112,8 +112,7 @@ std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, 
           "{}{}: material '{}' found no stress that it allows after stress {} Pa (xx yy zz xy yz "
           "xz), not even in {} parts of the increment. Check its parameters, or reduce the time "
           "step.",
-          particle, more, model.materials[fault.material].name, tuple(fault.stress),
-          1 << most_halvings);
+          particle, more, model.materials[fault.material].name, tuple(fault.stress), most_parts);
     case ParticleFault::Kind::domain:
       return particle + more +
              " has a domain that reaches beyond the cells around its own. Use larger cells or "
