@@ -112,7 +112,11 @@ class Neighbours {
 template <int Dim>
 void ScenarioBuilder<Dim>::place_tractions() {
   constexpr double least = 0.5;  // of the particles of a traction that have a side
-  if (in_.cbgeo_defaults) return;
+  // Splines reach nodes beyond the surface that have next to no mass, and would shake.
+  const ShapeFunctions functions = model_.analysis.functions;
+  if (in_.cbgeo_defaults || functions == ShapeFunctions::quadratic_spline ||
+      functions == ShapeFunctions::cubic_spline)
+    return;
   const auto& p = model_.particles;
   std::vector<ParticleTraction> placed;
   for (const ParticleTraction& traction : model_.tractions) {

@@ -262,7 +262,8 @@ const Section& traction_section() {
           "Force on each particle of a set: traction * function(t) * volume / size, where size is "
           "the initial volume to the power 1/dim. It acts half a size from the centre of particles "
           "that have others at one side along the direction, and none at the other; with "
-          "analysis.preset \"cbgeo\" at the centre. The last traction for a particle and direction "
+          "analysis.preset \"cbgeo\" and with splines at the centre. The last traction for a "
+          "particle and direction "
           "wins.",
       .keys = {
           {.key = "pset_id",
