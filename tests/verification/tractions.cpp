@@ -36,7 +36,7 @@ const char* const water =
     R"({"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e9,
         "dynamic_viscosity": 1e-3})";
 
-constexpr double load = 1e5;  // [Pa]
+constexpr double applied = 1e5;  // [Pa]
 
 /// The largest error of the stress of a row.
 double error_of_stress(const std::string& functions, const std::string& scheme) {
@@ -44,14 +44,14 @@ double error_of_stress(const std::string& functions, const std::string& scheme) 
       column(elastic, "\"soil\"",
              fmt::format(R"("particle_surface_traction": [{{"pset": "top", "dir": "y",
                             "traction": {}}}])",
-                         -load),
+                         -applied),
              fmt::format(R"("shape_functions": "{}", {})", functions, scheme));
   Simulation simulation(model_of_text<2>(text));
   simulation.run();
   const State state(simulation.frame());
   double error = 0;
   for (Index p = 0; p < state.size(); ++p)
-    error = std::max(error, std::abs(state.get("stress", p, 1) / -load - 1));
+    error = std::max(error, std::abs(state.get("stress", p, 1) / -applied - 1));
   MESSAGE(functions, ": error of the stress ", error);
   return error;
 }
@@ -73,7 +73,7 @@ TEST_CASE("tractions: their work is the energy of the column that they shake") {
           elastic, "\"soil\"",
           fmt::format(R"("particle_surface_traction": [{{"pset": "top", "dir": "y",
                          "traction": {}}}])",
-                      -load),
+                      -applied),
           fmt::format(R"("shape_functions": "{}", "mpm_scheme": "musl", "velocity_update": "flip",
                          "time_step": {{"safety": {}}}, "end_time": 0.02)",
                       functions, safety))));
