@@ -107,8 +107,8 @@ class Neighbours {
 
 }  // namespace
 
-// A traction acts on the surface: on the side of a particle where there is no other, if there is
-// one at its other side. One along the surface, such as shear, has no side.
+// A traction acts at the side of a particle that has no neighbour, if the opposite side has one. A
+// traction along the surface, such as shear, acts at the centre.
 template <int Dim>
 void ScenarioBuilder<Dim>::place_tractions() {
   constexpr double least = 0.5;  // of the particles of a traction that have a side
@@ -129,6 +129,10 @@ void ScenarioBuilder<Dim>::place_tractions() {
         one.width = std::pow(p.volume[i] / depth_at(model_.analysis, p.x[i][0]), 1.0 / Dim);
       }
     const auto parts = team_.gather(own);
+    if (joined(parts).empty()) {
+      placed.push_back(traction);
+      continue;
+    }
     std::size_t first = 0;  // of this member's
     for (int member = 0; member < team_.index(); ++member)
       first += parts[static_cast<std::size_t>(member)].size();
