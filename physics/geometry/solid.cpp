@@ -160,10 +160,41 @@ class Frustum final : public Solid<3> {
   Polygon section_;
 };
 
+/// The square of the steepest slope [-] of what is bilinear between points.
+double steepest(const std::vector<double>& x, const std::vector<double>& y,
+                const std::vector<float>& heights) {
+  double most = 0;
+  const std::size_t n = x.size(), rows = heights.size() / n;
+  // Along each axis the slope is between those of two edges.
+  for (std::size_t j = 0; j < rows; ++j)
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      const auto along = [&](std::size_t row) {
+        const double rise = heights[row * n + i + 1] - heights[row * n + i];
+        return std::abs(rise / (x[i + 1] - x[i]));
+      };
+      if (rows == 1) {
+        most = std::max(most, along(0) * along(0));
+        continue;
+      }
+      if (j + 1 == rows) break;
+      const auto across = [&](std::size_t column) {
+        const double rise = heights[(j + 1) * n + column] - heights[j * n + column];
+        return std::abs(rise / (y[j + 1] - y[j]));
+      };
+      const double a = std::max(along(j), along(j + 1)), b = std::max(across(i), across(i + 1));
+      if (const double slope = a * a + b * b; slope > most) most = slope;  // not where unknown
+    }
+  return most;
+}
+
 template <int Dim>
 class Below final : public Solid<Dim> {
  public:
-  explicit Below(std::shared_ptr<const Surface<Dim>> surface) : surface_(std::move(surface)) {}
+  explicit Below(std::shared_ptr<const Surface<Dim>> surface) : surface_(std::move(surface)) {
+    const auto& axes = surface_->axes();
+    if (!surface_->heights().empty())
+      least_cosine_ = 1 / std::sqrt(1 + steepest(axes[0], axes[Dim - 2], surface_->heights()));
+  }
   Near<Dim> nearest(const Vec<Dim>& x) const override {
     const auto below = surface_->at(x);
     if (std::isnan(below.height)) return {inf, Vec<Dim>::Unit(Dim - 1)};
@@ -176,11 +207,11 @@ class Below final : public Solid<Dim> {
   }
   bool is_beyond(const Vec<Dim>& x, double distance) const override {
     constexpr double steep = 0.5;
-    const double height = surface_->height(x), cosine = surface_->least_cosine();
+    const double height = surface_->height(x);
     if (std::isnan(height)) return true;
     const double above = x[Dim - 1] - height;
-    return above > 0 &&
-           (above * cosine >= distance || (cosine < steep && nearest(x).distance >= distance));
+    return above > 0 && (above * least_cosine_ >= distance ||
+                         (least_cosine_ < steep && nearest(x).distance >= distance));
   }
   Bounds<Dim> bounds() const override {
     Bounds<Dim> box = surface_->bounds();
@@ -199,6 +230,8 @@ class Below final : public Solid<Dim> {
   }
 
   std::shared_ptr<const Surface<Dim>> surface_;
+  /// [-] So many times the height of a point above the surface is the distance at least.
+  double least_cosine_ = 1;
 };
 
 }  // namespace

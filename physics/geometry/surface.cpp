@@ -31,33 +31,6 @@ struct OnAxis {
   return {i, (x - axis[i]) / length, length};
 }
 
-/// The square of the steepest slope [-] of what is bilinear between points.
-double steepest(const std::vector<double>& x, const std::vector<double>& y,
-                const std::vector<float>& heights) {
-  double most = 0;
-  const std::size_t n = x.size(), rows = heights.size() / n;
-  // Along each axis the slope is between those of two edges.
-  for (std::size_t j = 0; j < rows; ++j)
-    for (std::size_t i = 0; i + 1 < n; ++i) {
-      const auto along = [&](std::size_t row) {
-        const double rise = heights[row * n + i + 1] - heights[row * n + i];
-        return std::abs(rise / (x[i + 1] - x[i]));
-      };
-      if (rows == 1) {
-        most = std::max(most, along(0) * along(0));
-        continue;
-      }
-      if (j + 1 == rows) break;
-      const auto across = [&](std::size_t column) {
-        const double rise = heights[(j + 1) * n + column] - heights[j * n + column];
-        return std::abs(rise / (y[j + 1] - y[j]));
-      };
-      const double a = std::max(along(j), along(j + 1)), b = std::max(across(i), across(i + 1));
-      if (const double slope = a * a + b * b; slope > most) most = slope;  // not where unknown
-    }
-  return most;
-}
-
 }  // namespace
 
 template <int Dim>
@@ -76,8 +49,6 @@ Surface<Dim>::Surface(Axes axes, std::vector<float> heights)
     if (!std::isnan(h)) low = std::min<double>(low, h), high = std::max<double>(high, h);
   bounds_.first[plan] = low;
   bounds_.second[plan] = high;
-  if (!heights_.empty())
-    least_cosine_ = 1 / std::sqrt(1 + steepest(axes_[0], axes_[plan - 1], heights_));
 }
 
 template <int Dim>

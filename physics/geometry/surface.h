@@ -36,8 +36,6 @@ class Surface {
     double low, high;  ///< [m] of the heights that are known; low > high: none is
     bool complete;     ///< the surface is known everywhere
   };
-  /// [-] So many times the height of a point above it is the distance at least.
-  double least_cosine() const { return least_cosine_; }
   /// Heights over a box in plan.
   Range range(const Vec<Dim>& low, const Vec<Dim>& high) const;
 
@@ -49,7 +47,6 @@ class Surface {
  private:
   Axes axes_;
   std::array<double, static_cast<std::size_t>(plan)> per_length_{};  ///< [1/m] steps, in the mean
-  double least_cosine_ = 1;  ///< [-] of the angle between its steepest part and the plan
   std::vector<float> heights_;
   std::pair<Vec<Dim>, Vec<Dim>> bounds_;
 };
