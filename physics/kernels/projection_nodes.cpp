@@ -97,6 +97,22 @@ bool holds(const ConstrainedNode<Dim>& wall, int k, const Vec<Dim>& v, double sm
 /// that follow from a few particles far away: what their forces give counts as much less.
 constexpr double least_mass_share = 0.5;
 
+/// Moves on to the first entry of a node, or behind, in a list by node. Entries of nodes before it
+/// are of such as are not active.
+template <class Entry>
+void skip_to(Local node, Entry& entry, const Entry& end) {
+  while (entry != end && entry->node < node) ++entry;
+}
+
+/// Density of the lightest liquid in pores [kg/m^3]; infinite: there is none.
+template <int Dim>
+double lightest_liquid(const Model<Dim>& model) {
+  double density = std::numeric_limits<double>::infinity();
+  for (const Material& material : model.materials)
+    if (material.liquid) density = std::min(density, material.liquid->density);
+  return density;
+}
+
 /// Velocities of both phases without what the gradient of water at rest (pore_gradient_at_rest())
 /// would take from them, where nodes are free: impulses on both, with implicit drag.
 template <int Dim>
@@ -104,21 +120,19 @@ void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Vec<Dim> gradient = pore_gradient_at_rest(step);
   if (gradient.isZero(0.0)) return;
   constexpr double rounding_of_velocity = 1e-9, aligned = 0.999;
-  double grains = std::numeric_limits<double>::infinity(), water = grains;  // densities
+  const double water = lightest_liquid(*step.model);
+  double grains = std::numeric_limits<double>::infinity();  // density of the lightest
   for (const Material& material : step.model->materials)
-    if (material.liquid) {
-      grains = std::min(grains, material.liquid->grain_density);
-      water = std::min(water, material.liquid->density);
-    }
+    if (material.liquid) grains = std::min(grains, material.liquid->grain_density);
   const double dt = step.dt;
   auto fixed = patch.fixed.begin();
   auto fixed_liquid = patch.fixed_liquid.begin();
   auto wall = patch.walls.begin();
   for (const NodeRange& range : patch.active_nodes)
     for (Local i = range.begin; i < range.end; ++i) {
-      while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
-      while (fixed_liquid != patch.fixed_liquid.end() && fixed_liquid->node < i) ++fixed_liquid;
-      while (wall != patch.walls.end() && wall->node < i) ++wall;
+      skip_to(i, fixed, patch.fixed.end());
+      skip_to(i, fixed_liquid, patch.fixed_liquid.end());
+      skip_to(i, wall, patch.walls.end());
       Eigen::Map<Vec<Dim>> v(at(patch.velocity, i)), w(at(patch.liquid.velocity, i));
       const double m = at(patch.velocity, i)[mass_lane];
       const double m_l = at(patch.liquid.velocity, i)[mass_lane];
@@ -168,8 +182,8 @@ void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
   auto wall = patch.walls.begin();
   for (const NodeRange& range : patch.active_nodes)
     for (Local i = range.begin; i < range.end; ++i) {
-      while (fixed != patch.fixed.end() && fixed->node < i) ++fixed;  // not active
-      while (wall != patch.walls.end() && wall->node < i) ++wall;
+      skip_to(i, fixed, patch.fixed.end());
+      skip_to(i, wall, patch.walls.end());
       Eigen::Map<Vec<Dim>> v(at(patch.velocity, i));
       const Eigen::Map<const Vec<Dim>> a(at(patch.acceleration, i));
       const double full = density * patch.projection.space[static_cast<std::size_t>(i)];
@@ -203,9 +217,7 @@ template <int Dim>
 Vec<Dim> pore_gradient_at_rest(const StepContext<Dim>& step) {
   const Analysis& analysis = step.model->analysis;
   const NodeVector g = gravity_in(step);
-  double density = std::numeric_limits<double>::infinity();  // of the lightest liquid
-  for (const Material& material : step.model->materials)
-    if (material.liquid) density = std::min(density, material.liquid->density);
+  const double density = lightest_liquid(*step.model);
   Vec<Dim> gradient = Vec<Dim>::Zero();
   if (!analysis.two_phase || std::isinf(density)) return gradient;
   for (int d = 0; d < Dim; ++d) gradient[d] = (1.0 - analysis.projection.kept) * density * g[d];

@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
@@ -51,29 +52,36 @@ BinFlow<Dim> flow_of_fluid(const Patch<Dim>& patch, const ParticleBin& bin) {
   return flow;
 }
 
-/// How the pressure of the particles of a bin, `row`, changes with their place [Pa/m]: by least
-/// squares from their mean place on, not at all along directions in which they do not lie apart.
+/// The mean place [m] of the particles of a bin, and how their pressure, `row`, changes from there
+/// on [Pa/m]: by least squares, not at all along directions in which they do not lie apart.
 template <int Dim>
-Vec<Dim> gradient_in_bin(const Patch<Dim>& patch, const ParticleBin& bin, const double* row,
-                         const Vec<Dim>& centre) {
+std::pair<Vec<Dim>, Vec<Dim>> gradient_in_bin(const Patch<Dim>& patch, const ParticleBin& bin,
+                                              const double* row) {
   using Matrix = Eigen::Matrix<double, Dim, Dim>;
   constexpr double least = 1e-9;  // of the cell's size squared: a spread that counts as none
   const auto x = patch.particles.template rows<Dim>(Column::x);
   Matrix spread = Matrix::Zero();
   Vec<Dim> moment = Vec<Dim>::Zero();
+  const auto n = static_cast<double>(bin.end - bin.begin);
+  const auto place = [&](Local p) {
+    Vec<Dim> at;
+    for (std::size_t d = 0; d < Dim; ++d) at[static_cast<int>(d)] = x[d][p];
+    return at;
+  };
+  Vec<Dim> centre = Vec<Dim>::Zero();
   double mean = 0;
-  for (Local p = bin.begin; p < bin.end; ++p) mean += row[p];
-  mean /= static_cast<double>(bin.end - bin.begin);
   for (Local p = bin.begin; p < bin.end; ++p) {
-    Vec<Dim> away;
-    for (std::size_t d = 0; d < Dim; ++d) away[static_cast<int>(d)] = x[d][p];
-    away -= centre;
+    centre += place(p) / n;
+    mean += row[p] / n;
+  }
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    const Vec<Dim> away = place(p) - centre;
     spread += away * away.transpose();
     moment += away * (row[p] - mean);
   }
   const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
-  spread += least * h * h * static_cast<double>(bin.end - bin.begin) * Matrix::Identity();
-  return spread.inverse() * moment;
+  spread += least * h * h * n * Matrix::Identity();
+  return {centre, spread.inverse() * moment};
 }
 
 /// See projection.h.
@@ -101,12 +109,9 @@ BinFlow<Dim> flow_in_pores(const Patch<Dim>& patch, const ParticleBin& bin, cons
   }
   flow.porosity = mean_porosity(patch, pores, bin);
   if (kept < 1.0) {
-    const auto x = patch.particles.template rows<Dim>(Column::x);
-    for (Local p = bin.begin; p < bin.end; ++p)
-      for (std::size_t d = 0; d < Dim; ++d)
-        flow.centre[static_cast<int>(d)] += x[d][p] / static_cast<double>(bin.end - bin.begin);
-    flow.gradient =
-        flow.storage * (1.0 - kept) * gradient_in_bin(patch, bin, pressure, flow.centre);
+    const auto [centre, gradient] = gradient_in_bin(patch, bin, pressure);
+    flow.centre = centre;
+    flow.gradient = flow.storage * (1.0 - kept) * gradient;
   }
   return flow;
 }
@@ -158,11 +163,19 @@ struct CellFlow {
   }
 };
 
+/// What weight gives to b (projection.h).
+template <int Dim>
+struct WeightOfStep {
+  Vec<Dim> velocity, gradient;  ///< [m/s] of a fluid, [Pa/m] in pores
+  explicit WeightOfStep(const StepContext<Dim>& step)
+      : velocity(weight_out_of_velocities(step)), gradient(pore_gradient_at_rest(step)) {}
+};
+
 /// Material that fills a cell with these points evenly.
 template <int Dim, int Nodes, std::size_t Points>
 void add_cell(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim>& flow,
+              const WeightOfStep<Dim>& weight,
               const std::array<QuadraturePoint<Dim, Nodes>, Points>& points, const Local* nodes) {
-  const Vec<Dim> weight = weight_out_of_velocities(step), gradient = pore_gradient_at_rest(step);
   std::array<Vec<Dim>, Nodes> place;
   place.fill(flow.centre);
   if (!flow.gradient.isZero(0.0))
@@ -173,7 +186,7 @@ void add_cell(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim
     if (flow.porosity > 0)
       rate = (1.0 - flow.porosity) * rate +
              flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
-    cell.add(flow, point, rate, step.dt, weight, gradient, place);
+    cell.add(flow, point, rate, step.dt, weight.velocity, weight.gradient, place);
   }
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
   for (int i = 0; i < Nodes; ++i)
@@ -224,6 +237,7 @@ void add_volumes(const Patch<Dim>& patch, const Basis& basis, const ParticleBin&
 
 template <int Dim>
 void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  const WeightOfStep<Dim> weight(step);
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
@@ -233,7 +247,7 @@ void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, Par
                                    : flow_of_fluid(patch, bin);
         flow.scale(filling(patch, step, bin));
         with_quadrature(patch, basis, bin, nodes, [&](const auto& points, const Local* of_cell) {
-          add_cell(patch, step, flow, points, of_cell);
+          add_cell(patch, step, flow, weight, points, of_cell);
         });
         add_volumes(patch, basis, bin, nodes, patch.own_sums(NodeSum::divergence, step.step));
       });
@@ -248,11 +262,12 @@ void add_voids(Patch<Dim>& patch, const StepContext<Dim>& step, const std::vecto
     for (int d = 0; d < Dim; ++d) all.mobility[d] += flow.mobility[d];
   }
   if (all.volume == 0) return;
+  const WeightOfStep<Dim> weight(step);
   for (std::size_t c = 0; c < voids.size(); ++c) {
     if (!voids[c]) continue;
     BinFlow<Dim> flow = all;
     flow.scale(step.model->mesh->cell_volume(patch.topology.cells[c]) / all.volume);
-    add_cell(patch, step, flow, corner_points_of(patch, static_cast<Local>(c)),
+    add_cell(patch, step, flow, weight, corner_points_of(patch, static_cast<Local>(c)),
              patch.topology.corner_nodes[c].data());
   }
 }
