@@ -84,44 +84,36 @@ LAHAR_INLINE void give_gradients(const Basis& basis, Local first, unsigned bits,
   }
 }
 
-/// Call add(i, dN) for the nodes of a cell with the gradients at particle p.
-template <int Dim, class Basis, class Add>
-void give_gradients_at(const Basis& basis, Local p, Add add) {
-  Scalar dN[Dim][Basis::nodes];
-  basis.gradients(p, dN);
-  for (int i = 0; i < Basis::nodes; ++i) {
-    Vec<Dim> gradient;
-    for (int d = 0; d < Dim; ++d) gradient[d] = dN[d][i][0];
-    if (!gradient.isZero(0.0)) add(i, gradient);
-  }
-}
-
 /// f_i += N_i f for the particles of one bin, with the forces force(p) and the functions at their
 /// places: N(x + o) = N(x) + o dN/dx(x), with the offset o of each component along its axis. That
-/// is exact for linear functions. (Of splines, functions at x + o themselves would push nodes that
-/// the particle hardly reaches, and gives next to no mass.)
+/// is exact for linear functions.
 template <int Dim, class Basis, class Force>
 void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, Force force) {
   for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
     NodeVector of_lane[lanes<Pack>];
-    unsigned acting = 0;  // bit per lane
+    Vec<Dim> couple[lanes<Pack>];
+    unsigned acting = 0, aside = 0;  // bit per lane
     for (Local p = first; p < std::min(bin.end, first + lanes<Pack>); ++p) {
       const SurfaceForce<Dim> all = force(p);
       if (all.is_zero()) continue;
       acting |= 1u << (p - first);
       of_lane[p - first] = node_vector<Dim>(all.force);
       if (all.offset.isZero(0.0)) continue;
-      const Vec<Dim> couple = all.force.cwiseProduct(all.offset);
-      give_gradients_at<Dim>(basis, p, [&](int i, const Vec<Dim>& dN) {
-        const Vec<Dim> of_node = couple.cwiseProduct(dN);
-        general::add_to_node(sums, nodes[i], node_vector<Dim>(of_node));
-      });
+      aside |= 1u << (p - first);
+      couple[p - first] = all.couple();
     }
     if (acting == 0) continue;
     give_functions<Dim>(basis, first, acting, [&](int lane) {
       return
           [=, f = of_lane[lane]](int i, double N) { general::add_to_node(sums, nodes[i], N * f); };
+    });
+    if (aside == 0) continue;
+    give_gradients<Dim>(basis, first, aside, [&](int lane) {
+      return [=, c = couple[lane]](int i, const double(&dN)[Dim]) {
+        const Vec<Dim> of_node = c.cwiseProduct(Eigen::Map<const Vec<Dim>>(dN));
+        general::add_to_node(sums, nodes[i], node_vector<Dim>(of_node));
+      };
     });
   }
 }
@@ -180,14 +172,13 @@ void add_work_of_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
             patch.work.external +=
                 all.force[d] * (sum[0][d][0] - 0.5 * step.dt * sum[1][d][0]) * step.dt;
           if (all.offset.isZero(0.0)) continue;
-          const Vec<Dim> couple = all.force.cwiseProduct(all.offset);
-          give_gradients_at<Dim>(basis, p, [&](int i, const Vec<Dim>& dN) {
-            const auto at = static_cast<std::size_t>(nodes[i]) * node_width;
-            for (std::size_t d = 0; d < Dim; ++d)
-              patch.work.external += couple[static_cast<int>(d)] * dN[static_cast<int>(d)] *
-                                     (velocity[at + d] - 0.5 * step.dt * acceleration[at + d]) *
-                                     step.dt;
-          });
+          const Vec<Dim> couple = all.couple();
+          Scalar L[2][Dim][Dim];
+          for (int k = 0; k < 2; ++k)
+            general::gradient<Dim, Scalar>(basis, p, fields[k], nodes, L[k]);
+          for (int d = 0; d < Dim; ++d)
+            patch.work.external +=
+                couple[d] * (L[0][d][d][0] - 0.5 * step.dt * L[1][d][d][0]) * step.dt;
         }
       });
 }

@@ -78,6 +78,7 @@ struct SurfaceForce {
   Vec<Dim> offset = Vec<Dim>::Zero();  ///< [m] from the particle's centre, of each component
 
   bool is_zero() const { return force.isZero(0.0); }
+  Vec<Dim> couple() const { return force.cwiseProduct(offset); }  ///< [N m]
   friend SurfaceForce mean(const SurfaceForce& a, const SurfaceForce& b) {
     return {0.5 * (a.force + b.force), 0.5 * (a.offset + b.offset)};
   }
