@@ -223,23 +223,31 @@ std::vector<float> Raster::read(const Part& part, Index begin, Index end) const 
                to.data(), static_cast<int>(part.columns), static_cast<int>(rows), GDT_Float32, 0, 0,
                &extra) == CE_None;
   };
+  const auto take_all = [&](GDALRasterBandH band, std::vector<float>& to) {
+    if (!take(band, to))
+      fail(fmt::format("the raster cannot be read: {}", QuietGdal::said()),
+           "is the file whole? gdalinfo -stats reads all of it");
+  };
   std::vector<float> mask;
   if (s.masked) mask.resize(read.size());
-  if (!take(s.band, read) || (s.masked && !take(gdal().GDALGetMaskBand(s.band), mask)))
-    fail(fmt::format("the raster cannot be read: {}", QuietGdal::said()),
-         "is the file whole? gdalinfo -stats reads all of it");
+  take_all(s.band, read);
+  if (s.masked) take_all(gdal().GDALGetMaskBand(s.band), mask);
   if (!s.all_known.empty()) {
-    std::vector<float> cells = read;
-    extra.eResampleAlg = GRIORA_NearestNeighbour;  // a mean hides the value
-    if (part.factor == 1 || take(s.band, cells))
-      for (const float value : cells)
-        if (is_usual_no_data(value))
-          fail(fmt::format("'{}' has the value {}, which means in most rasters that nothing is "
-                           "known there, but does not say so",
-                           s.all_known, value),
-               fmt::format("gdal_edit.py -a_nodata {} says it in a GeoTIFF, a line NODATA_value {} "
-                           "in the header of an ASCII grid",
-                           value, value));
+    std::vector<float> single;  // cells: a mean hides the value
+    if (part.factor > 1) {
+      single.resize(read.size());
+      extra.eResampleAlg = GRIORA_NearestNeighbour;
+      take_all(s.band, single);
+    }
+    const std::vector<float>& cells = part.factor > 1 ? single : read;
+    if (const auto value = std::find_if(cells.begin(), cells.end(), is_usual_no_data);
+        value != cells.end())
+      fail(fmt::format("'{}' has the value {}, which means in most rasters that nothing is known "
+                       "there, but does not say so",
+                       s.all_known, *value),
+           fmt::format("gdal_edit.py -a_nodata {} says it in a GeoTIFF, a line NODATA_value {} in "
+                       "the header of an ASCII grid",
+                       *value, *value));
   }
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
   const auto none = static_cast<float>(s.no_data);

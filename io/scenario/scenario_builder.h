@@ -312,7 +312,8 @@ class ScenarioBuilder {
   void check_other_gravity();
   // scenario_tractions.cpp
   void build_tractions();
-  void place_tractions();  ///< after warnings, which know the entries of the scenario
+  double width_of(std::size_t i) const;  ///< [m] of the i-th particle of this member
+  void place_tractions();                ///< after warnings, which know the entries of the scenario
   // scenario_fields.cpp
   /// The material with one number in place of each of its fields, which become an entry of fields_;
   /// nothing where it has no fields.

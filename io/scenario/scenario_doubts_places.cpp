@@ -369,7 +369,7 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
     Index loaded = 0;
     for (const Index id : model_.tractions[k].particles) {
       const auto i = static_cast<std::size_t>(rows_.local(id));
-      const double width = std::pow(p.volume[i] / depth_at(model_.analysis, p.x[i][0]), 1.0 / Dim);
+      const double width = width_of(i);
       ++loaded;
       for (int axis = 0; axis < Dim; ++axis) {
         Column column{axis};

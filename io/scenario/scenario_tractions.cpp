@@ -10,6 +10,12 @@
 namespace lahar {
 
 template <int Dim>
+double ScenarioBuilder<Dim>::width_of(std::size_t i) const {
+  const auto& p = model_.particles;
+  return std::pow(p.volume[i] / depth_at(model_.analysis, p.x[i][0]), 1.0 / Dim);
+}
+
+template <int Dim>
 void ScenarioBuilder<Dim>::build_tractions() {
   for (const JsonValue* t :
        get_list(section("external_loading_conditions"), "particle_surface_traction")) {
@@ -126,7 +132,7 @@ void ScenarioBuilder<Dim>::place_tractions() {
         const auto i = static_cast<std::size_t>(rows_.local(id));
         Loaded<Dim>& one = own.emplace_back();
         std::copy_n(p.x[i].data(), Dim, one.x.begin());
-        one.width = std::pow(p.volume[i] / depth_at(model_.analysis, p.x[i][0]), 1.0 / Dim);
+        one.width = width_of(i);
       }
     const auto parts = team_.gather(own);
     if (joined(parts).empty()) {
