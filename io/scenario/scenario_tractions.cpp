@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <unordered_map>
 
 #include "io/scenario/scenario_builder.h"
@@ -124,8 +125,10 @@ void ScenarioBuilder<Dim>::place_tractions() {
       functions == ShapeFunctions::cubic_spline)
     return;
   const auto& p = model_.particles;
-  std::vector<ParticleTraction> placed;
-  for (const ParticleTraction& traction : model_.tractions) {
+  std::vector<std::vector<ParticleTraction>> parts(model_.tractions.size());  // by side
+  std::size_t entries = parts.size() + model_.particle_velocities.size();
+  for (std::size_t t = 0; t < parts.size(); ++t) {
+    const ParticleTraction& traction = model_.tractions[t];
     std::vector<Loaded<Dim>> own;
     if (!traction.all)
       for (const Index id : traction.particles) {
@@ -134,15 +137,12 @@ void ScenarioBuilder<Dim>::place_tractions() {
         std::copy_n(p.x[i].data(), Dim, one.x.begin());
         one.width = width_of(i);
       }
-    const auto parts = team_.gather(own);
-    if (joined(parts).empty()) {
-      placed.push_back(traction);
-      continue;
-    }
+    const auto shares = team_.gather(own);
+    if (joined(shares).empty()) continue;
     std::size_t first = 0;  // of this member's
     for (int member = 0; member < team_.index(); ++member)
-      first += parts[static_cast<std::size_t>(member)].size();
-    Neighbours<Dim> neighbours(joined(parts), traction.dir);
+      first += shares[static_cast<std::size_t>(member)].size();
+    Neighbours<Dim> neighbours(joined(shares), traction.dir);
     for (const Vec<Dim>& x : p.x) neighbours.look(x);
     const std::vector<double> sides = team_.most(neighbours.sides());
     const auto side_of = [&](std::size_t i) {
@@ -151,21 +151,25 @@ void ScenarioBuilder<Dim>::place_tractions() {
     std::size_t with_side = 0;
     for (std::size_t i = 0; i < sides.size() / 2; ++i) with_side += side_of(i) != 0 ? 1 : 0;
     if (with_side == 0 ||
-        static_cast<double>(with_side) < least * static_cast<double>(sides.size() / 2)) {
-      placed.push_back(traction);
+        static_cast<double>(with_side) < least * static_cast<double>(sides.size() / 2))
       continue;
-    }
     for (const int side : {-1, 0, 1}) {
-      ParticleTraction part = traction;
-      part.side = side;
-      part.particles.clear();
+      ParticleTraction part{
+          {}, traction.dir, traction.traction, traction.function, false, traction.on_liquid, side};
       for (std::size_t k = 0; k < own.size(); ++k)
         if (side_of(first + k) == side) part.particles.push_back(traction.particles[k]);
-      if (team_.any(!part.particles.empty())) placed.push_back(std::move(part));
+      if (team_.any(!part.particles.empty())) parts[t].push_back(std::move(part));
     }
+    entries += parts[t].size() - 1;
   }
-  if (placed.size() + model_.particle_velocities.size() <= max_particle_loads)
-    model_.tractions = std::move(placed);
+  if (entries > max_particle_loads) return;
+  std::vector<ParticleTraction> placed;
+  for (std::size_t t = 0; t < parts.size(); ++t)
+    if (parts[t].empty())
+      placed.push_back(std::move(model_.tractions[t]));
+    else
+      std::move(parts[t].begin(), parts[t].end(), std::back_inserter(placed));
+  model_.tractions = std::move(placed);
 }
 
 }  // namespace lahar

@@ -213,10 +213,17 @@ def two_runs(test, ranks):
 
 
 def second_run(test, ranks):
-    """One that comes later is refused whatever it wants, and does not disturb the first."""
+    """One that comes later is refused whatever it wants, and does not disturb the first, which waits meanwhile."""
     process = test.in_the_middle(ranks=ranks)
-    for options in ([], ["--overwrite"], ["--restart", "latest"]):
-        test.expect(test.start(*options, ranks=ranks, log="other.txt"), INPUT, "is being written to by another run")
+    for pid in process.pids():
+        os.kill(pid, signal.SIGSTOP)
+    try:
+        for options in ([], ["--overwrite"], ["--restart", "latest"]):
+            test.expect(test.start(*options, ranks=ranks, log="other.txt"), INPUT, "is being written to by another run")
+    finally:
+        for pid in process.pids():
+            os.kill(pid, signal.SIGCONT)
+    process.strike()
     test.expect(process, FINISHED)
     test.compare(test.output, finished=True)
 
