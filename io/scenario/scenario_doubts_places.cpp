@@ -355,6 +355,16 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
   }
 }
 
+namespace {
+
+template <class T>
+void keep_different(std::vector<T>& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
+}  // namespace
+
 // Particles that get a traction and lie behind each other whichever way one looks. Each gets it
 // times its area.
 template <int Dim>
@@ -365,7 +375,9 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
   const auto entries =
       get_list(section("external_loading_conditions"), "particle_surface_traction");
   for (std::size_t k = 0; k < std::min(entries.size(), model_.tractions.size()); ++k) {
-    std::vector<std::vector<Column>> to(static_cast<std::size_t>(team_.size()));
+    const auto members = static_cast<std::size_t>(team_.size());
+    std::vector<std::vector<Column>> to(members);
+    std::vector<std::size_t> room(members, 1 << 12);  // until equal ones are taken out
     Index loaded = 0;
     for (const Index id : model_.tractions[k].particles) {
       const auto i = static_cast<std::size_t>(rows_.local(id));
@@ -380,12 +392,16 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
                 static_cast<Index>(std::floor(p.x[i][d] / width + 1e-6));
             owner = 31 * owner + std::abs(column[static_cast<std::size_t>(n++)]);
           }
-        to[static_cast<std::size_t>(owner % team_.size())].push_back(column);
+        const auto member = static_cast<std::size_t>(owner % team_.size());
+        to[member].push_back(column);
+        if (to[member].size() < room[member]) continue;
+        keep_different(to[member]);
+        room[member] = std::max(room[member], 2 * to[member].size());
       }
     }
+    for (auto& columns : to) keep_different(columns);
     std::vector<Column> columns = joined(team_.exchange(std::move(to)));
-    std::sort(columns.begin(), columns.end());
-    columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+    keep_different(columns);
     loaded = team_.sum(loaded);
     double behind = infinity;
     for (Index axis = 0; axis < Dim; ++axis) {
