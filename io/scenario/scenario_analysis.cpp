@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <optional>
 
 #include "io/scenario/scenario_builder.h"
 #include "physics/materials/law.h"
@@ -97,6 +98,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
   a.pressure_smoothing = get_bool(*analysis, "pressure_smoothing").value_or(false);
   a.closed_faces = !in_.cbgeo_defaults;
   a.volume_as_cbgeo = in_.cbgeo_defaults;
+  build_stress_rate(*analysis);
   a.damping_as_cbgeo = in_.cbgeo_defaults;
   if (const JsonValue* opening = analysis->find("opening");
       opening && get_bool(*analysis, "opening").value_or(false) &&
@@ -118,6 +120,24 @@ void ScenarioBuilder<Dim>::build_analysis() {
   if (const JsonValue* steps = analysis->find("nload_balance_steps"))
     in_.warning(*steps, "'nload_balance_steps' has no effect",
                 "work moves between ranks by itself, where that pays");
+}
+
+// One for all materials; the fork writes it in each.
+template <int Dim>
+void ScenarioBuilder<Dim>::build_stress_rate(JsonValue& analysis) {
+  std::optional<std::string> rate;
+  if (written(analysis, "stress_rate")) rate = get_text(analysis, "stress_rate");
+  for (const JsonValue* material : get_list(root_, "materials")) {
+    const auto own = get_text(*material, "stress_rate");
+    if (!own) continue;
+    if (rate && *own != *rate)
+      in_.error(*material->find("stress_rate"),
+                fmt::format("'stress_rate' is \"{}\" here and \"{}\" before", *own, *rate),
+                "write one for all materials: analysis.stress_rate");
+    rate = own;
+  }
+  model_.analysis.turns_stress = rate ? *rate == "jaumann" : !in_.cbgeo_defaults;
+  set(analysis, "stress_rate", std::string(model_.analysis.turns_stress ? "jaumann" : "none"));
 }
 
 template <int Dim>

@@ -176,6 +176,7 @@ class ScenarioBuilder {
   void build_analysis();
   void build_defaults(JsonValue& analysis);
   void build_scheme(JsonValue& analysis);
+  void build_stress_rate(JsonValue& analysis);
   void build_damping(const JsonValue& analysis);
   void build_shape_functions(const JsonValue& analysis);
   bool is_grid() const;  ///< collective

@@ -601,9 +601,10 @@ const Section& analysis_section() {
            .section = free_surface_section},
           {.key = "stress_rate",
            .kinds = text,
-           .help = "objective stress rate (dialect of the fork)",
-           .allowed = {"none"},
-           .planned = {"jaumann"}},
+           .help = "jaumann: stresses and strains turn with the material; none: they do not, as in "
+                   "CB-Geo MPM. NeoHookean always turns its own. Default jaumann; none with "
+                   "preset cbgeo",
+           .allowed = {"jaumann", "none"}},
           {.key = "newmark",
            .kinds = any,
            .help = "write scheme_settings",

@@ -236,8 +236,8 @@ std::vector<KeySpec> material_keys() {
     older(key, "write residual_pdstrain, and \"softening\": true");
   all.push_back({.key = "stress_rate",
                  .kinds = text,
-                 .help = "objective stress rate (dialect of the fork)",
-                 .support = Support::planned,
+                 .help = "as analysis.stress_rate, which is for all materials",
+                 .allowed = {"jaumann", "none"},
                  .only = {"LinearElastic"}});
   return all;
 }

@@ -14,6 +14,7 @@
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/rigid_contact.h"
 #include "physics/kernels/stress_of_step.h"
+#include "physics/kernels/stress_update.h"
 #include "physics/materials/tangent_across.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_place.h"
@@ -234,7 +235,9 @@ std::optional<double> add_particle_across(Cell& cell, const Basis& basis, Patch<
       all[2][2] += h[i] * d[static_cast<std::ptrdiff_t>(nodes[i]) * node_width];
   }
   StressChange<3> change;
-  if (stress_change_across(law, !ring, all, step.dt, before.stress, before.state, change).failed)
+  if (stress_change_across(law, !ring, all, step.dt, kinematics_of(analysis), before.stress,
+                           before.state, change)
+          .failed)
     return std::nullopt;
   StressAcross of_step(all, change, analysis.as_cbgeo);
   if (!ring) of_step.condense(wave_modulus(law));
@@ -250,13 +253,15 @@ template <int Dim, class Cell, int Nodes>
 std::optional<double> add_particle(Cell& cell, Patch<Dim>& patch, const StepContext<Dim>& step,
                                    const ParticleBin& bin, Local p, const double (&H)[Dim][Dim],
                                    const double (&g)[Dim][Nodes], const double (*mean)[Nodes]) {
-  const bool as_cbgeo = step.model->analysis.as_cbgeo;
+  const Analysis& analysis = step.model->analysis;
   const Law& law = step.model->materials[bin.material].law;
   const Beginning<Dim> before(patch, law, p);
   StressChange<Dim> change;
-  if (stress_change<Dim>(law, H, step.dt, as_cbgeo, before.stress, before.state, change).failed)
+  if (stress_change<Dim>(law, H, step.dt, kinematics_of(analysis), before.stress, before.state,
+                         change)
+          .failed)
     return std::nullopt;
-  const StressOfStep<Dim> of_step(H, change, as_cbgeo);
+  const StressOfStep<Dim> of_step(H, change, analysis.as_cbgeo);
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
   cell.add(of_step, patch.particles.row(Column::volume)[p], g, mean);
   return of_step.A[0][0];

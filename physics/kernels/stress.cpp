@@ -4,10 +4,8 @@
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/opening.h"
 #include "physics/kernels/packed_bins.h"
-#include "physics/kernels/strain_rate.h"
 #include "physics/kernels/stress_across.h"
 #include "physics/kernels/stress_update.h"
-#include "physics/materials/increment.h"
 
 namespace lahar {
 
@@ -73,23 +71,20 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
     LawInput<Dim, Real> in;
     in.volumetric = gradient.at(p, in.gradient) * dt;
     strain_rate<Dim, Real>(in.gradient, in.rate);
+    spin_of<Dim>(in.gradient, in.spin);
+    in.turns = step.model->analysis.turns_stress;
     in.dt = dt;
     if (step.model->analysis.scheme == Scheme::newmark) {  // increments are not small
       Real H[Dim][Dim];
       LAHAR_UNROLL
       for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
       for (int b = 0; b < Dim; ++b) H[a][b] = dt * in.gradient[a][b];
-      in = increment_of<Dim, Real>(H, dt, step.model->analysis.as_cbgeo);
+      in = increment_of<Dim, Real>(H, dt, kinematics_of(step.model->analysis));
     }
 
     if (part != StressPart::law) {
       if constexpr (Gradient::domains && !Gaps) move_domain(rows, in.gradient, dt, p, n);
-      if (rows.strain[0]) {
-        LAHAR_UNROLL
-        for (std::size_t k = 0; k < strain_components<Dim>; ++k)
-          store_first(load<Real>(rows.strain[k] + p) + dt * in.rate[strain_voigt<Dim>[k]],
-                      rows.strain[k] + p, n);
-      }
+      add_strain(rows, in, p, n);
       if constexpr (!Gaps)
         store_first(Real(load<Real>(rows.volume + p) * (1.0 + in.volumetric)), rows.volume + p, n);
     }

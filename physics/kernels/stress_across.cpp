@@ -3,10 +3,8 @@
 #include "physics/kernels/general_kernels.h"
 #include "physics/kernels/opening.h"
 #include "physics/kernels/ring.h"
-#include "physics/kernels/strain_rate.h"
 #include "physics/kernels/stress_update.h"
 #include "physics/materials/free_strain.h"
-#include "physics/materials/increment.h"
 
 namespace lahar {
 
@@ -29,8 +27,10 @@ LAHAR_INLINE LawInput<3, Real> input_of(const Real (&L)[2][2], const Real& acros
     in.gradient[a][b] = a < 2 && b < 2 ? Real(scale * L[a % 2][b % 2]) : Real(0.0);
   in.gradient[2][2] = scale * across;
   if (is_implicit(analysis))  // increments are not small
-    return increment_of<3, Real>(in.gradient, dt, analysis.as_cbgeo);
+    return increment_of<3, Real>(in.gradient, dt, kinematics_of(analysis));
   strain_rate<3, Real>(in.gradient, in.rate);
+  spin_of<3>(in.gradient, in.spin);
+  in.turns = analysis.turns_stress;
   in.dt = dt;
   in.volumetric = trace * dt;
   return in;
@@ -145,10 +145,7 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
     const Real stretch = Gaps ? Real(stretch_of(of_law.volumetric)) : Real(1.0 + of_law.volumetric);
     store_first(Real(load<Real>(rows.volume + p) * stretch), rows.volume + p, n);
     move_domain(rows, of_law.domain, dt, p, n);
-    if (rows.strain[0])
-      for (std::size_t k = 0; k < strain_components<2>; ++k)
-        store_first(load<Real>(rows.strain[k] + p) + dt * in.rate[strain_voigt<2>[k]],
-                    rows.strain[k] + p, n);
+    add_strain(rows, in, p, n);
     // Pressure does its work at the strain that the fluid has, not at that of the particle.
     if constexpr (pressure_is_state<LawType>)
       power -= (pressure_before + state[0]) * (in.volumetric * (1.0 / dt) - volumetric_rate(in));

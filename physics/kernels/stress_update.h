@@ -4,7 +4,9 @@
 #include <algorithm>
 
 #include "physics/kernels/law_fault.h"
+#include "physics/kernels/strain_rate.h"
 #include "physics/kernels/velocity_gradients.h"
+#include "physics/materials/increment.h"
 #include "physics/materials/law.h"
 #include "physics/particles/node_space.h"
 
@@ -53,6 +55,36 @@ struct Rows {
     if (opening) use(opening);
   }
 };
+
+/// How increments of finite steps follow from motion.
+inline Kinematics kinematics_of(const Analysis& analysis) {
+  return {.linear_strain = analysis.as_cbgeo, .turns_stress = analysis.turns_stress};
+}
+
+/// Strains of the n particles from p on, where there is a column for them, turn as stresses do.
+template <int Dim, int Of, class Real>
+LAHAR_INLINE void add_strain(const Rows<Dim>& rows, const LawInput<Of, Real>& in, Local p,
+                             Local n) {
+  if (!rows.strain[0]) return;
+  constexpr std::size_t normal = Dim;  // rows of which are no shear
+  Real strain[stress_components<Dim>] = {};
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < strain_components<Dim>; ++k)
+    strain[strain_voigt<Dim>[k]] =
+        load<Real>(rows.strain[k] + p) * (k < normal ? 1.0 : 0.5);  // engineering shear
+  if (in.turns) {
+    if constexpr (Dim == Of)
+      turn<Dim>(in.spin, in.dt, strain);
+    else
+      turn<2>({in.spin[2]}, in.dt, strain);
+  }
+  LAHAR_UNROLL
+  for (std::size_t k = 0; k < strain_components<Dim>; ++k) {
+    const auto row = static_cast<std::size_t>(strain_voigt<Dim>[k]);
+    store_first(Real(strain[row] * (k < normal ? 1.0 : 2.0) + in.dt * in.rate[row]),
+                rows.strain[k] + p, n);
+  }
+}
 
 template <int Dim>
 void record_collapse(Patch<Dim>& patch, const ParticleBin& bin, double volumetric) {

@@ -51,17 +51,24 @@ LAHAR_INLINE void midpoint_gradient(const Real (&H)[Dim][Dim], Real (&M)[Dim][Di
   }
 }
 
+/// How increments follow from finite changes of displacement.
+struct Kinematics {
+  bool linear_strain = false;  ///< strains are linear in H, as in CB-Geo MPM
+  bool turns_stress = false;   ///< LawInput::turns
+};
+
 /// The increment of a time step dt [s] with H = d(delta u)/dx at its beginning. The gradient is H /
-/// dt, so that F = I + H in laws for large strains. Strains are linear in H, as in the reference
-/// code, or those of midpoint_gradient(). Plane strain in 2D.
+/// dt, so that F = I + H in laws for large strains. Strains and spin are linear in H, or those of
+/// midpoint_gradient(). Plane strain in 2D.
 template <int Dim, class Real>
 LAHAR_INLINE LawInput<Dim, Real> increment_of(const Real (&H)[Dim][Dim], double dt,
-                                              bool linear_strain) {
+                                              Kinematics kinematics) {
   LawInput<Dim, Real> in;
   Real M[Dim][Dim];
   const double per_dt = 1.0 / dt;
   in.dt = dt;
-  in.large = !linear_strain;
+  in.large = !kinematics.linear_strain;
+  in.turns = kinematics.turns_stress;
   LAHAR_UNROLL
   for (int a = 0; a < Dim; ++a) LAHAR_UNROLL
   for (int b = 0; b < Dim; ++b) {
@@ -71,7 +78,7 @@ LAHAR_INLINE LawInput<Dim, Real> increment_of(const Real (&H)[Dim][Dim], double 
   in.volumetric = Real(0.0);
   LAHAR_UNROLL
   for (int a = 0; a < Dim; ++a) in.volumetric += H[a][a];
-  if (!linear_strain) {
+  if (!kinematics.linear_strain) {
     midpoint_gradient(H, M);
     in.volumetric = volume_change(H);
   }
@@ -82,6 +89,9 @@ LAHAR_INLINE LawInput<Dim, Real> increment_of(const Real (&H)[Dim][Dim], double 
     const int a = k == 4 ? 1 : 0, b = k == 3 ? 1 : Dim - 1;
     in.rate[k] = (M[a][b] + M[b][a]) * per_dt;
   }
+  spin_of<Dim>(M, in.spin);
+  LAHAR_UNROLL
+  for (Real& w : in.spin) w *= per_dt;
   return in;
 }
 

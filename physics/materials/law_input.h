@@ -9,13 +9,21 @@
 
 namespace lahar {
 
+/// Components of a rate of rotation.
+template <int Dim>
+inline constexpr int spins = Dim == 2 ? 1 : 3;
+
 /// What a law sees of a pack of particles. Voigt rows: 2D xx yy zz xy, 3D xx yy zz xy yz xz.
 template <int Dim, class Real>
 struct LawInput {
   static constexpr int rows = stress_components<Dim>;
   Real rate[rows];          ///< strain rate [1/s], engineering shear; 2D: zz = 0
   Real gradient[Dim][Dim];  ///< velocity gradient dv_a/dx_b [1/s]
-  double dt;                ///< [s]
+  /// Rate of rotation [1/s]: of x towards y in 2D, the axial vector in 3D. With `turns` stresses of
+  /// the beginning turn by it (turn()).
+  Real spin[spins<Dim>] = {};
+  bool turns = false;
+  double dt;           ///< [s]
   Real volumetric;     ///< volumetric strain increment of fluids [-] (Analysis::volume_as_cbgeo)
   bool large = false;  ///< an implicit step: the increment may be many times the yield strain
   unsigned active = all_of;  ///< bit per lane: of the others (beyond a bin) nothing is kept
@@ -38,6 +46,68 @@ inline constexpr bool pressure_is_state = [] {
   else
     return false;
 }();
+
+/// Whether stresses of the beginning have to turn before update() of a law. Fluids keep none, and
+/// laws for large strains know the rotation.
+template <class LawType>
+inline constexpr bool turns_stress = !pressure_is_state<LawType> && !requires {
+  requires LawType::knows_rotation;
+};
+
+/// The rate of rotation of a velocity gradient, its antisymmetric part.
+template <int Dim, class Real>
+LAHAR_INLINE void spin_of(const Real (&L)[Dim][Dim], Real (&spin)[spins<Dim>]) {
+  if constexpr (Dim == 2) {
+    spin[0] = 0.5 * (L[1][0] - L[0][1]);
+  } else {
+    spin[0] = 0.5 * (L[2][1] - L[1][2]);
+    spin[1] = 0.5 * (L[0][2] - L[2][0]);
+    spin[2] = 0.5 * (L[1][0] - L[0][1]);
+  }
+}
+
+/// Turn a symmetric tensor by the rotation of a step, Q = (1 - w / 2)^-1 (1 + w / 2) with w = spin
+/// dt (Hughes and Winget 1980): Q s Q^T. Its invariants stay, however large the step is; without
+/// rotation it stays to the bit. Voigt rows of a stress. To first order in dt this is Jaumann's
+/// rate.
+template <int Dim, class Real>
+LAHAR_INLINE void turn(const Real (&spin)[spins<Dim>], double dt, Real* s) {
+  if constexpr (Dim == 2) {
+    const Real t = (0.5 * dt) * spin[0];
+    const Real scale = 1.0 / (1.0 + t * t);
+    const Real sine = 2.0 * t * scale, cosine = 1.0 - t * sine;
+    const Real half = 0.5 * (s[0] - s[1]), xy = s[3];
+    const Real across = 2.0 * sine * (sine * half + cosine * xy);
+    s[0] -= across;
+    s[1] += across;
+    s[3] += 2.0 * sine * (cosine * half - sine * xy);
+  } else {
+    Real a[3], T[3][3];
+    LAHAR_UNROLL
+    for (int d = 0; d < 3; ++d) a[d] = (0.5 * dt) * spin[d];
+    const Real square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+    const Real scale = 2.0 / (1.0 + square);
+    constexpr int voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+    Real A[3][3];  // Q - 1 = scale ([a] + [a]^2)
+    LAHAR_UNROLL
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      A[i][i] = scale * (a[i] * a[i] - square);
+      A[j][k] = scale * (a[j] * a[k] - a[i]);
+      A[k][j] = scale * (a[j] * a[k] + a[i]);
+    }
+    LAHAR_UNROLL
+    for (int i = 0; i < 3; ++i) LAHAR_UNROLL
+    for (int j = 0; j < 3; ++j)
+      T[i][j] = A[i][0] * s[voigt[0][j]] + A[i][1] * s[voigt[1][j]] + A[i][2] * s[voigt[2][j]];
+    constexpr int row[6] = {0, 1, 2, 0, 1, 0}, column[6] = {0, 1, 2, 1, 2, 2};
+    LAHAR_UNROLL
+    for (int k = 0; k < 6; ++k) {
+      const int i = row[k], j = column[k];
+      s[k] += T[i][j] + T[j][i] + (T[i][0] * A[j][0] + T[i][1] * A[j][1] + T[i][2] * A[j][2]);
+    }
+  }
+}
 
 /// Lanes whose increment was not done as a whole; a bit for each.
 struct Failures {
@@ -140,7 +210,8 @@ template <int Dim, class Real, class LawType>
   return failures;
 }
 
-/// One increment of a pack of particles, whichever way the law gives it:
+/// One increment of a pack of particles, turned before by LawInput::spin, whichever way the law
+/// gives it:
 /// - `update<Dim>(in, stress, state)`, all lanes at once; returns Failures or nothing;
 /// - else `update_one(increment, stress, state)`, one particle; returns whether it converged;
 ///   beside it, optionally, `update_elastic<Dim>(in, stress, state)` for all lanes at once, which
@@ -148,6 +219,8 @@ template <int Dim, class Real, class LawType>
 template <int Dim, class Real, class LawType>
 LAHAR_INLINE Failures update(const LawType& law, const LawInput<Dim, Real>& in, Real* stress,
                              Real* state) {
+  if constexpr (turns_stress<LawType>)
+    if (in.turns) turn<Dim>(in.spin, in.dt, stress);
   if constexpr (requires { law.template update<Dim>(in, stress, state).failed; }) {
     return law.template update<Dim>(in, stress, state);
   } else if constexpr (requires { law.template update<Dim>(in, stress, state); }) {

@@ -17,6 +17,7 @@ struct NeoHookean {
   static constexpr std::string_view help =
       "neo-Hookean elasticity for large strains and rotations; 2D is plane strain";
   static constexpr bool native = true;
+  static constexpr bool knows_rotation = true;  ///< law_input.h
   static constexpr auto parameters = std::to_array<Parameter<NeoHookean>>({
       {"youngs_modulus", "Pa", "Young's modulus", &NeoHookean::youngs_modulus, Bound::positive},
       {"poisson_ratio", "-", "Poisson's ratio", &NeoHookean::poisson_ratio, Bound::poisson},

@@ -20,12 +20,12 @@ struct StressChange {
 
 /// update() of a law, or what prepare() makes of it, with numbers of any kind.
 template <int Dim, class Real, class LawType>
-Failures update_by(const LawType& law, const Real (&H)[Dim][Dim], double dt, bool linear_strain,
+Failures update_by(const LawType& law, const Real (&H)[Dim][Dim], double dt, Kinematics kinematics,
                    const double* stress, const double* state, Real* new_stress, Real* new_state) {
   for (std::size_t k = 0; k < stress_components<Dim>; ++k) new_stress[k] = Real(stress[k]);
   for (std::size_t k = 0; k < LawType::state.size(); ++k)
     new_state[k] = Real(LawType::state[k].of_stress ? 0.0 : state[k]);
-  return update<Dim>(law, increment_of<Dim, Real>(H, dt, linear_strain), new_stress, new_state);
+  return update<Dim>(law, increment_of<Dim, Real>(H, dt, kinematics), new_stress, new_state);
 }
 
 /// The increment H = d(delta u)/dx, at the beginning of the step, of a particle with some stress
@@ -34,7 +34,7 @@ Failures update_by(const LawType& law, const Real (&H)[Dim][Dim], double dt, boo
 /// the law has a kink, it is that of one side. Without a tangent an increment has failed.
 template <int Dim, class LawType, std::size_t States>
 Failures stress_change(const LawType& law, const double (&H)[Dim][Dim], double dt,
-                       bool linear_strain, const double* stress, const double* state,
+                       Kinematics kinematics, const double* stress, const double* state,
                        StressChange<Dim, States>& to) {
   constexpr std::size_t rows = stress_components<Dim>, n = LawType::state.size();
   static_assert(States >= n);
@@ -46,8 +46,8 @@ Failures stress_change(const LawType& law, const double (&H)[Dim][Dim], double d
       values[a][b] = Scalar(H[a][b]);
       unknowns[a][b] = D::unknown(H[a][b], static_cast<std::size_t>(Dim * a + b));
     }
-  Failures failures = update_by<Dim>(law, values, dt, linear_strain, stress, state, s, q);
-  failures.failed |= update_by<Dim>(law, unknowns, dt, linear_strain, stress, state, ds, dq).failed;
+  Failures failures = update_by<Dim>(law, values, dt, kinematics, stress, state, s, q);
+  failures.failed |= update_by<Dim>(law, unknowns, dt, kinematics, stress, state, ds, dq).failed;
   for (std::size_t k = 0; k < rows; ++k) {
     to.stress[k] = s[k][0];
     std::copy(ds[k].d.begin(), ds[k].d.end(), to.tangent[k]);
@@ -59,7 +59,8 @@ Failures stress_change(const LawType& law, const double (&H)[Dim][Dim], double d
 
 /// The same for any law.
 template <int Dim>
-Failures stress_change(const Law& law, const double (&H)[Dim][Dim], double dt, bool linear_strain,
-                       const double* stress, const double* state, StressChange<Dim>& to);
+Failures stress_change(const Law& law, const double (&H)[Dim][Dim], double dt,
+                       Kinematics kinematics, const double* stress, const double* state,
+                       StressChange<Dim>& to);
 
 }  // namespace lahar

@@ -10,6 +10,7 @@ namespace lahar {
 /// `free` (plane stress): H[2][2] is found first, so that the stress across the plane is zero.
 /// `stress` has the four components of two dimensions.
 Failures stress_change_across(const Law& law, bool free, double (&H)[3][3], double dt,
-                              const double* stress, const double* state, StressChange<3>& to);
+                              Kinematics kinematics, const double* stress, const double* state,
+                              StressChange<3>& to);
 
 }  // namespace lahar

@@ -311,6 +311,8 @@ struct Analysis {
   /// Particles do not pass faces of cells whose nodes are held (closed_faces.h). In CB-Geo MPM they
   /// do.
   bool closed_faces = true;
+  /// Stresses turn with the material (Jaumann's rate, turn()). In CB-Geo MPM they do not.
+  bool turns_stress = false;
   bool remove_leaving_particles =
       false;  ///< particles that leave the mesh are removed, not an error
   bool as_cbgeo =

@@ -46,7 +46,7 @@ struct ClayPoint {
     Scalar H[3][3];
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) H[a][b] = Scalar(strain(a, b));
-    REQUIRE(update<3>(prepare(clay), increment_of<3>(H, 0.5, false), stress, state).failed == 0);
+    REQUIRE(update<3>(prepare(clay), increment_of<3>(H, 0.5, {}), stress, state).failed == 0);
   }
   Tensor tensor() const {
     Tensor s;

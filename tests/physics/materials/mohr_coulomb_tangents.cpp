@@ -28,7 +28,7 @@ struct Increment3 {
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) rows[a][b] = H(a, b) + (3 * a + b == column ? step : 0.0);
     StressChange<3> to{};
-    CHECK(stress_change<3>(prepare(law), rows, 0.5, false, stress, state, to).failed == 0);
+    CHECK(stress_change<3>(prepare(law), rows, 0.5, {}, stress, state, to).failed == 0);
     return to;
   }
 

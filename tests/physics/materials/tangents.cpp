@@ -26,6 +26,7 @@ struct Point {
   bool linear = false;
   static constexpr double dt = 0.5;
 
+  Kinematics kinematics() const { return {.linear_strain = linear, .turns_stress = !linear}; }
   /// Isotropic, before the first step.
   template <class LawType>
   Point(const LawType& law, double pressure) {
@@ -41,7 +42,7 @@ struct Point {
       for (int b = 0; b < Dim; ++b) rows[a][b] = at(a, b);
     StressChange<Dim> to{};
     const Failures failures =
-        stress_change<Dim>(prepare(law), rows, dt, linear, stress.data(), state.data(), to);
+        stress_change<Dim>(prepare(law), rows, dt, kinematics(), stress.data(), state.data(), to);
     CHECK(failures.failed == 0);
     return to;
   }
@@ -250,7 +251,8 @@ TEST_CASE("stress and state of a change are bit by bit those of a pack that gets
         for (int b = 0; b < Dim; ++b) rows[a][b] = Pack(H(a, b));
       for (std::size_t k = 0; k < point.stress.size(); ++k) stress[k] = Pack(point.stress[k]);
       for (std::size_t k = 0; k < point.state.size(); ++k) state[k] = Pack(point.state[k]);
-      update<Dim>(prepare(law), increment_of<Dim>(rows, point.dt, linear), stress, state);
+      update<Dim>(prepare(law), increment_of<Dim>(rows, point.dt, point.kinematics()), stress,
+                  state);
       point.go(law, H);
       for (std::size_t k = 0; k < point.stress.size(); ++k)
         CHECK(stress[k][lanes<Pack> - 1] == point.stress[k]);
@@ -269,8 +271,8 @@ TEST_CASE("a rigid rotation of any size is no strain, and a stretch is that of t
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(-1.1).toRotationMatrix();
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b) flat[a][b] = Scalar(turn(a, b) - (a == b));
-  const auto space = increment_of<3>(H, 0.1, false);
-  const auto plane = increment_of<2>(flat, 0.1, false);
+  const auto space = increment_of<3>(H, 0.1, {});
+  const auto plane = increment_of<2>(flat, 0.1, {});
   for (const Scalar& rate : space.rate) CHECK(std::abs(rate[0]) < 1e-13);
   for (const Scalar& rate : plane.rate) CHECK(std::abs(rate[0]) < 1e-13);
   CHECK(std::abs(space.volumetric[0]) < 1e-14);
@@ -279,10 +281,10 @@ TEST_CASE("a rigid rotation of any size is no strain, and a stretch is that of t
     for (Scalar& h : row) h = Scalar(0.0);
   H[0][0] = Scalar(0.5);
   H[2][1] = Scalar(0.2);
-  const auto stretch = increment_of<3>(H, 0.1, false);
+  const auto stretch = increment_of<3>(H, 0.1, {});
   CHECK(0.1 * stretch.rate[0][0] == doctest::Approx(0.5 / 1.25));
   CHECK(0.1 * stretch.rate[4][0] == doctest::Approx(0.2));
   CHECK(stretch.volumetric[0] == doctest::Approx(0.5));
   CHECK(0.1 * stretch.gradient[2][1][0] == doctest::Approx(0.2));
-  CHECK(0.1 * increment_of<3>(H, 0.1, true).rate[0][0] == doctest::Approx(0.5));
+  CHECK(0.1 * increment_of<3>(H, 0.1, {.linear_strain = true}).rate[0][0] == doctest::Approx(0.5));
 }
