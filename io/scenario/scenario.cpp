@@ -52,6 +52,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   if (in_.problems.empty()) collect_marks();
   if (in_.problems.empty()) split_fields();
   if (in_.problems.empty()) place_tractions();
+  if (in_.problems.empty()) integrate_accelerations();
   build_resume();
   return std::move(model_);
 }

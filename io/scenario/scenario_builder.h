@@ -305,6 +305,7 @@ class ScenarioBuilder {
   template <class T>
   void refuse_excluded(const JsonValue& at, std::span<const T> entries);  ///< collective
   void join_forces();
+  void integrate_accelerations();
   void split_phases();
   // scenario_loads.cpp
   void build_walls();

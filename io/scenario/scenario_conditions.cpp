@@ -264,6 +264,25 @@ void ScenarioBuilder<Dim>::build_conditions() {
       model_.node_frames = std::move(*frames);
 }
 
+// A node with a prescribed acceleration has the velocity that is its integral from rest. In CB-Geo
+// MPM it changes the velocity that particles around it bring, which lags.
+template <int Dim>
+void ScenarioBuilder<Dim>::integrate_accelerations() {
+  auto& accelerations = entries_of<NodeAcceleration>(model_);
+  if (in_.cbgeo_defaults || !team_.any(!accelerations.empty())) return;
+  const auto functions = static_cast<int>(model_.functions.size());
+  for (int f = 0; f < functions; ++f)
+    model_.functions.push_back(integral_of(model_.functions[static_cast<std::size_t>(f)]));
+  model_.functions.push_back(integral_of({}));
+  auto& velocities = entries_of<NodeVelocity>(model_);
+  for (const NodeAcceleration& a : accelerations)
+    velocities.push_back(
+        {a.node, a.dir, a.acceleration, a.function < 0 ? 2 * functions : functions + a.function});
+  accelerations.clear();
+  combine(velocities);
+  model_.analysis.nodes_follow_time = true;
+}
+
 // As in the reference, a node has one function, that of the last force given for it, and the last
 // force of a direction replaces the ones before.
 template <int Dim>
@@ -289,5 +308,7 @@ void ScenarioBuilder<Dim>::join_forces() {
 
 template void ScenarioBuilder<2>::build_conditions();
 template void ScenarioBuilder<3>::build_conditions();
+template void ScenarioBuilder<2>::integrate_accelerations();
+template void ScenarioBuilder<3>::integrate_accelerations();
 
 }  // namespace lahar

@@ -115,7 +115,7 @@ void ScenarioBuilder<Dim>::number_bodies() {
   for (Material& material : materials)
     material.body = std::max(0, number[static_cast<std::size_t>(material.body)]);
   model_.analysis.contact.bodies = std::max(1, count);
-  if (count > 1 && team_.any(!entries_of<NodeAcceleration>(model_).empty()))
+  if (count > 1 && in_.cbgeo_defaults && team_.any(!entries_of<NodeAcceleration>(model_).empty()))
     in_.error(*boundary().find("acceleration_constraints"),
               "accelerations of nodes cannot be prescribed where bodies are in contact",
               "prescribe velocities, or leave out analysis.contact");

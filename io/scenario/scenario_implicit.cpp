@@ -193,7 +193,7 @@ void ScenarioBuilder<Dim>::check_implicit_conditions() {
   for_each_condition([&]<class T>() {
     if (ActsOnNode<T> && !is_load<T>) refuse(T::key);
   });
-  for (const std::string_view key : {NodeAcceleration::key}) refuse(key);
+  if (in_.cbgeo_defaults) refuse(NodeAcceleration::key);
   refuse("particles_velocity_constraints");
   const auto& frictions = entries_of<NodeFriction>(model_);
   if (team_.any(std::any_of(frictions.begin(), frictions.end(),

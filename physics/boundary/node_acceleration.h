@@ -21,6 +21,8 @@ struct NodeAcceleration {
   static constexpr std::string_view help =
       "A prescribed acceleration component of a set of nodes, in their frame, for example at the "
       "base in an earthquake; or a `file` of lines `node dir acceleration` (dialect of the fork). "
+      "Nodes have the velocity that is its integral from rest. With preset cbgeo it changes the "
+      "velocity that particles around them have in the mean, which lags. "
       "The last entry for a node and direction wins. A prescribed velocity in the same direction "
       "is an error.";
   static constexpr bool native = false;

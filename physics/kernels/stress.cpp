@@ -65,6 +65,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
                               const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
                               const LawType& law) {
   const double dt = step.dt;
+  const bool turns_domain = step.model->analysis.turns_stress && !pressure_is_state<LawType>;
   for (Local p = particles.begin(); p < particles.end(); p += lanes<Real>) {
     const Local n = particles.end() - p;
     prefetch(rows.stress, p);
@@ -74,6 +75,8 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
     spin_of<Dim>(in.gradient, in.spin);
     in.turns = step.model->analysis.turns_stress;
     in.dt = dt;
+    if constexpr (!pressure_is_state<LawType>)
+      if (in.turns) add_second_order(in);
     if (step.model->analysis.scheme == Scheme::newmark) {  // increments are not small
       Real H[Dim][Dim];
       LAHAR_UNROLL
@@ -83,7 +86,8 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
     }
 
     if (part != StressPart::law) {
-      if constexpr (Gradient::domains && !Gaps) move_domain(rows, in.gradient, dt, p, n);
+      if constexpr (Gradient::domains && !Gaps)
+        move_domain(rows, in.gradient, dt, turns_domain, p, n);
       add_strain(rows, in, p, n);
       if constexpr (!Gaps)
         store_first(Real(load<Real>(rows.volume + p) * (1.0 + in.volumetric)), rows.volume + p, n);
@@ -121,7 +125,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
         if constexpr (Gradient::domains) {
           Real L[Dim][Dim];
           gaps.of_domain(in, L);
-          move_domain(rows, L, dt, p, n);
+          move_domain(rows, L, dt, turns_domain, p, n);
         }
       } else {
         apply(in);

@@ -14,7 +14,7 @@ constexpr std::size_t rows_in_plane = stress_components<2>;
 
 /// What a law sees of a velocity gradient L in the plane and a strain rate across it. `trace` is
 /// the volumetric strain rate of fluids, which may be that of the cell.
-template <class Real>
+template <bool Fluid, class Real>
 LAHAR_INLINE LawInput<3, Real> input_of(const Real (&L)[2][2], const Real& across,
                                         const Real& trace, const StepContext<2>& step) {
   LawInput<3, Real> in;
@@ -33,6 +33,8 @@ LAHAR_INLINE LawInput<3, Real> input_of(const Real (&L)[2][2], const Real& acros
   in.turns = analysis.turns_stress;
   in.dt = dt;
   in.volumetric = trace * dt;
+  if constexpr (!Fluid)
+    if (in.turns) add_second_order(in);
   return in;
 }
 
@@ -122,10 +124,10 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
     }
     LawInput<3, Real> in;
     if constexpr (plane == Plane::axisymmetric) {
-      in = input_of(L, gradient.across<Real>(p), trace, step);
+      in = input_of<pressure_is_state<LawType>>(L, gradient.across<Real>(p), trace, step);
     } else {
       const auto input = [&](const Real& rate) {
-        return input_of(L, rate, Real(trace + rate), step);
+        return input_of<pressure_is_state<LawType>>(L, rate, Real(trace + rate), step);
       };
       across = free_rate<Real>(of_law, modulus, active, dt, stress, state, input);
       in = input(across);
@@ -144,7 +146,8 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
     if constexpr (Gaps) store_first(of_law.opening, rows.opening + p, n);
     const Real stretch = Gaps ? Real(stretch_of(of_law.volumetric)) : Real(1.0 + of_law.volumetric);
     store_first(Real(load<Real>(rows.volume + p) * stretch), rows.volume + p, n);
-    move_domain(rows, of_law.domain, dt, p, n);
+    move_domain(rows, of_law.domain, dt,
+                step.model->analysis.turns_stress && !pressure_is_state<LawType>, p, n);
     add_strain(rows, in, p, n);
     // Pressure does its work at the strain that the fluid has, not at that of the particle.
     if constexpr (pressure_is_state<LawType>)

@@ -154,15 +154,22 @@ struct StoredGradient {
 };
 
 /// The box that is a particle's domain stretches along its axes, e_d *= 1 + dt L_dd: so that its
-/// volume changes as the particle's, and rotations leave it as it is. Functions of this step remain
-/// those of the old one.
+/// volume changes as the particle's, and rotations leave it as it is: with `turns` to the second
+/// order (add_second_order()). Functions of this step remain those of the old one.
 template <int Dim, class Real>
 LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
-                                 Local p, Local n) {
+                                 bool turns, Local p, Local n) {
   LAHAR_UNROLL
-  for (std::size_t d = 0; d < Dim; ++d)
-    store_first(Real(load<Real>(rows.domain[d] + p) * (1.0 + dt * L[d][d])),
-                rows.next_domain[d] + p, n);
+  for (std::size_t d = 0; d < Dim; ++d) {
+    Real rate = L[d][d];
+    if (turns) {
+      LAHAR_UNROLL
+      for (std::size_t b = 0; b < Dim; ++b)
+        if (b != d) rate -= (0.5 * dt) * (L[d][b] * L[b][d]);
+    }
+    store_first(Real(load<Real>(rows.domain[d] + p) * (1.0 + dt * rate)), rows.next_domain[d] + p,
+                n);
+  }
 }
 
 /// The vectors along a domain's edges follow the deformation, r += dt L r.
@@ -185,9 +192,9 @@ LAHAR_INLINE void deform_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim]
 
 /// Domains of the n particles from p on follow L.
 template <int Dim, class Real>
-LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt, Local p,
-                              Local n) {
-  if (rows.next_domain[0]) stretch_domain(rows, L, dt, p, n);
+LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
+                              bool turns, Local p, Local n) {
+  if (rows.next_domain[0]) stretch_domain(rows, L, dt, turns, p, n);
   if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
 }
 

@@ -51,6 +51,35 @@ LAHAR_INLINE void midpoint_gradient(const Real (&H)[Dim][Dim], Real (&M)[Dim][Di
   }
 }
 
+/// Terms of the second order in dt of the strain and the change of volume of an explicit step,
+/// those of the midpoint rule: rate -= dt / 2 sym(L^2). Without them a rotation by w dt is a
+/// contraction by (w dt)^2 / 2 along both axes, and bodies that spin grow against it.
+template <int Dim, class Real>
+LAHAR_INLINE void add_second_order(LawInput<Dim, Real>& in) {
+  const auto& L = in.gradient;
+  const double half = 0.5 * in.dt, square = in.dt * in.dt;
+  const Real xy = L[0][1] * L[1][0];
+  if constexpr (Dim == 2) {
+    in.rate[0] -= half * (L[0][0] * L[0][0] + xy);
+    in.rate[1] -= half * (L[1][1] * L[1][1] + xy);
+    in.rate[3] -= half * ((L[0][1] + L[1][0]) * (L[0][0] + L[1][1]));
+    in.volumetric += square * (L[0][0] * L[1][1] - xy);
+  } else {
+    const Real yz = L[1][2] * L[2][1], xz = L[0][2] * L[2][0];
+    in.rate[0] -= half * (L[0][0] * L[0][0] + xy + xz);
+    in.rate[1] -= half * (L[1][1] * L[1][1] + xy + yz);
+    in.rate[2] -= half * (L[2][2] * L[2][2] + xz + yz);
+    in.rate[3] -=
+        half * ((L[0][1] + L[1][0]) * (L[0][0] + L[1][1]) + L[0][2] * L[2][1] + L[1][2] * L[2][0]);
+    in.rate[4] -=
+        half * ((L[1][2] + L[2][1]) * (L[1][1] + L[2][2]) + L[1][0] * L[0][2] + L[2][0] * L[0][1]);
+    in.rate[5] -=
+        half * ((L[0][2] + L[2][0]) * (L[0][0] + L[2][2]) + L[0][1] * L[1][2] + L[2][1] * L[1][0]);
+    in.volumetric +=
+        square * (L[0][0] * L[1][1] + L[1][1] * L[2][2] + L[0][0] * L[2][2] - xy - yz - xz);
+  }
+}
+
 /// How increments follow from finite changes of displacement.
 struct Kinematics {
   bool linear_strain = false;  ///< strains are linear in H, as in CB-Geo MPM

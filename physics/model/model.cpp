@@ -5,7 +5,7 @@
 
 namespace lahar {
 
-double MathFunction::operator()(double t) const {
+double MathFunction::value(double t) const {
   if (kind == Kind::sine) return t >= lo && t <= hi ? std::sin(a * (t - x0)) : 0.0;
   if (x.empty()) return 1.0;
   if (t <= x.front()) return f.front();
@@ -24,13 +24,28 @@ double MathFunction::integral(double t) const {
   const auto from_first = [&](double s) {  // from x.front() to s
     if (s <= x.front()) return (s - x.front()) * f.front();
     double sum = 0;
-    for (std::size_t i = 1; i < x.size() && x[i - 1] < s; ++i) {
-      const double end = std::min(s, x[i]);
-      sum += 0.5 * (f[i - 1] + (*this)(end)) * (end - x[i - 1]);
+    std::size_t i = 0;  // the last point up to s
+    if (!sums.empty()) {
+      i = static_cast<std::size_t>(std::upper_bound(x.begin(), x.end(), s) - x.begin()) - 1;
+      sum = sums[i];
+    } else {
+      for (; i + 1 < x.size() && x[i + 1] <= s; ++i)
+        sum += 0.5 * (f[i] + f[i + 1]) * (x[i + 1] - x[i]);
     }
-    return sum + std::max(0.0, s - x.back()) * f.back();
+    return sum + 0.5 * (f[i] + value(s)) * (s - x[i]);
   };
   return from_first(t) - from_first(0);
+}
+
+MathFunction integral_of(MathFunction function) {
+  function.integrated = true;
+  if (function.kind != MathFunction::Kind::linear) return function;
+  if (function.x.empty()) function.x = {0}, function.f = {1};
+  const auto &x = function.x, &f = function.f;
+  function.sums = {0};
+  for (std::size_t i = 1; i < x.size(); ++i)
+    function.sums.push_back(function.sums.back() + 0.5 * (f[i - 1] + f[i]) * (x[i] - x[i - 1]));
+  return function;
 }
 
 double VelocityTransfer::kept(int body, double dt) const {

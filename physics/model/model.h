@@ -51,9 +51,16 @@ struct MathFunction {
   std::vector<double> x, f;  ///< linear: times [s], ascending, and values; constant outside
   double x0 = 0, a = 0;      ///< sine: sin(a (t - x0)) in [lo, hi], 0 outside
   double lo = std::numeric_limits<double>::min(), hi = std::numeric_limits<double>::max();
-  double operator()(double t) const;
-  double integral(double t) const;  ///< [s] of the function from 0 to t
+  bool integrated = false;   ///< the factor is the integral() [s]
+  std::vector<double> sums;  ///< linear, with `integrated`: integrals from x.front() to x
+
+  double operator()(double t) const { return integrated ? integral(t) : value(t); }
+  double value(double t) const;
+  double integral(double t) const;  ///< [s] of value() from 0 to t
 };
+
+/// The function whose values are the integral of another one.
+MathFunction integral_of(MathFunction function);
 
 /// Rotated axes in which the constraints of a node act. One per node.
 template <int Dim>

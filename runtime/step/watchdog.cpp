@@ -90,9 +90,13 @@ SpeedScales speed_scales(const Model<Dim>& model, const Communicator& ranks) {
   for (const ParticleVelocity& given : model.particle_velocities)
     prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity) *
                                           largest_factor(model, given.function));
-  for (const auto& given : entries_of<NodeVelocity>(model))
-    prescribed = std::max(prescribed, std::sqrt(Dim) * std::abs(given.velocity) *
-                                          largest_factor(model, given.function));
+  for (const auto& given : entries_of<NodeVelocity>(model)) {
+    const bool integrated =
+        given.function >= 0 && model.functions[static_cast<std::size_t>(given.function)].integrated;
+    double& most = integrated ? acceleration : prescribed;
+    most = std::max(
+        most, std::sqrt(Dim) * std::abs(given.velocity) * largest_factor(model, given.function));
+  }
   for (const Injection<Dim>& injection : model.injections)
     prescribed = std::max(prescribed, injection.velocity.norm());
   for (const auto& given : entries_of<NodeAcceleration>(model))

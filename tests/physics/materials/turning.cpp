@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <random>
 
+#include "physics/kernels/strain_rate.h"
 #include "physics/materials/tangent.h"
 #include "tests/physics/materials/material_samples.h"
 
@@ -96,6 +98,38 @@ TEST_CASE("the spin of a velocity gradient is the rate at which lines turn in th
   // v = w x r
   spin_of<3>({{0.0, -3.0, 2.0}, {3.0, 0.0, -1.0}, {-2.0, 1.0, 0.0}}, space);
   for (int d = 0; d < 3; ++d) CHECK(space[d] == doctest::Approx(d + 1.0));
+}
+
+TEST_CASE("strains of explicit steps are those of the midpoint rule to the second order") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> part(-1, 1);
+  const double dt = 0.1;
+  for (const double size : {1e-2, 1e-3}) {
+    Scalar H[3][3];
+    LawInput<3, Scalar> in;
+    LawInput<2, Scalar> plane;
+    in.dt = plane.dt = dt;
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        H[a][b] = Scalar(size * part(random));
+        in.gradient[a][b] = H[a][b] * (1 / dt);
+        if (a < 2 && b < 2) plane.gradient[a][b] = in.gradient[a][b];
+      }
+    const Scalar flat[2][2] = {{H[0][0], H[0][1]}, {H[1][0], H[1][1]}};
+    strain_rate<3>(in.gradient, in.rate);
+    strain_rate<2>(plane.gradient, plane.rate);
+    in.volumetric = H[0][0] + H[1][1] + H[2][2];
+    plane.volumetric = H[0][0] + H[1][1];
+    add_second_order(in);
+    add_second_order(plane);
+    const auto space = increment_of<3>(H, dt, {});
+    const auto section = increment_of<2>(flat, dt, {});
+    const double third = 10 * size * size * size;
+    for (int k = 0; k < 6; ++k) CHECK(dt * std::abs(in.rate[k][0] - space.rate[k][0]) < third);
+    for (int k = 0; k < 4; ++k) CHECK(dt * std::abs(plane.rate[k][0] - section.rate[k][0]) < third);
+    CHECK(std::abs(in.volumetric[0] - space.volumetric[0]) < third);
+    CHECK(std::abs(plane.volumetric[0] - section.volumetric[0]) < 1e-15);
+  }
 }
 
 TEST_CASE("a rigid rotation of a stressed material turns its stress and does nothing else") {

@@ -127,6 +127,50 @@ TEST_CASE("nodes with axes of their own follow a function of time along these") 
   }
 }
 
+TEST_CASE("nodes with a prescribed acceleration move as with the velocity that is its integral") {
+  const auto end_of = [](const std::string& list) {
+    Model<2> model = model_of_text<2>(fmt::format(
+        R"({{
+      "mesh": {{"structured": {{"cell_size": 0.25, "extent": [4, 2]}},
+        "boundary_conditions": {{{}}}}},
+      "sets": {{"nodes": {{"left": {{"half_space": {{"point": [1, 0], "normal": [1, 0]}}}}}}}},
+      "math_functions": [
+        {{"name": "record", "type": "Linear", "xvalues": [0, 0.1, 0.2], "fxvalues": [1, 1, 0]}},
+        {{"name": "ramp", "type": "Linear", "xvalues": [0, 9], "fxvalues": [0, 9]}}],
+      "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                      "poisson_ratio": 0}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                      "region": {{"box": {{"min": [1, 0], "max": [3, 1]}}}}}}}}],
+      "analysis": {{"dt": 1e-3, "nsteps": 200}}}})",
+        list));
+    Simulation simulation(model, {.threads = 2});
+    simulation.advance(200);
+    return simulation.frame();
+  };
+  const auto largest_difference = [](const Frame& a, const Frame& b) {
+    double largest = 0;
+    for (std::size_t k = 0; k < a.coordinates.size(); ++k)
+      largest = std::max(largest, std::abs(a.coordinates[k] - b.coordinates[k]));
+    return largest;
+  };
+  const Frame accelerated =
+      end_of(R"("acceleration_constraints": [{"nset": "left", "dir": "x", "acceleration": 3}])");
+  const Frame driven = end_of(R"("velocity_constraints": [
+      {"nset": "left", "dir": "x", "velocity": 3, "math_function_id": "ramp"}])");
+  CHECK(largest_difference(accelerated, driven) < 1e-12);
+
+  // All nodes: 3 m/s^2 for 0.1 s, then less until 0 at 0.2 s.
+  const Frame all_nodes = end_of(R"("acceleration_constraints": [
+      {"nset_id": -1, "dir": "x", "acceleration": 3, "math_function_id": "record"}])");
+  const double velocity = 3 * 0.15, path = 3 * (0.005 + 0.01 + 0.01 / 3);
+  double centre = 0;
+  for (std::size_t k = 0; k < all_nodes.coordinates.size(); k += 2) {
+    CHECK(all_nodes.find("velocity")->values[k] == doctest::Approx(velocity).epsilon(1e-12));
+    centre += all_nodes.coordinates[k] / static_cast<double>(all_nodes.coordinates.size() / 2);
+  }
+  CHECK(centre - 2 == doctest::Approx(path).epsilon(1e-4));
+}
+
 TEST_CASE("particles that follow a function of time move by its integral") {
   const std::string driven = R"("particles_velocity_constraints": [
     {"pset_id": -1, "dir": "x", "velocity": 0.4, "math_function_id": "shake"},
