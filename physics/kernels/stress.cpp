@@ -65,7 +65,8 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
                               const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
                               const LawType& law) {
   const double dt = step.dt;
-  const bool turns_domain = step.model->analysis.turns_stress && !pressure_is_state<LawType>;
+  const bool at_end = gradients_at_end(step.model->analysis);
+  const double half = half_for_domains<LawType>(step.model->analysis, dt);
   for (Local p = particles.begin(); p < particles.end(); p += lanes<Real>) {
     const Local n = particles.end() - p;
     prefetch(rows.stress, p);
@@ -76,7 +77,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
     in.turns = step.model->analysis.turns_stress;
     in.dt = dt;
     if constexpr (!pressure_is_state<LawType>)
-      if (in.turns) add_second_order(in);
+      if (in.turns) add_second_order(in, at_end);
     if (step.model->analysis.scheme == Scheme::newmark) {  // increments are not small
       Real H[Dim][Dim];
       LAHAR_UNROLL
@@ -86,8 +87,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
     }
 
     if (part != StressPart::law) {
-      if constexpr (Gradient::domains && !Gaps)
-        move_domain(rows, in.gradient, dt, turns_domain, p, n);
+      if constexpr (Gradient::domains && !Gaps) move_domain(rows, in.gradient, dt, half, p, n);
       add_strain(rows, in, p, n);
       if constexpr (!Gaps)
         store_first(Real(load<Real>(rows.volume + p) * (1.0 + in.volumetric)), rows.volume + p, n);
@@ -125,7 +125,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
         if constexpr (Gradient::domains) {
           Real L[Dim][Dim];
           gaps.of_domain(in, L);
-          move_domain(rows, L, dt, turns_domain, p, n);
+          move_domain(rows, L, dt, half, p, n);
         }
       } else {
         apply(in);

@@ -34,7 +34,7 @@ LAHAR_INLINE LawInput<3, Real> input_of(const Real (&L)[2][2], const Real& acros
   in.dt = dt;
   in.volumetric = trace * dt;
   if constexpr (!Fluid)
-    if (in.turns) add_second_order(in);
+    if (in.turns) add_second_order(in, gradients_at_end(analysis));
   return in;
 }
 
@@ -146,8 +146,7 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
     if constexpr (Gaps) store_first(of_law.opening, rows.opening + p, n);
     const Real stretch = Gaps ? Real(stretch_of(of_law.volumetric)) : Real(1.0 + of_law.volumetric);
     store_first(Real(load<Real>(rows.volume + p) * stretch), rows.volume + p, n);
-    move_domain(rows, of_law.domain, dt,
-                step.model->analysis.turns_stress && !pressure_is_state<LawType>, p, n);
+    move_domain(rows, of_law.domain, dt, half_for_domains<LawType>(step.model->analysis, dt), p, n);
     add_strain(rows, in, p, n);
     // Pressure does its work at the strain that the fluid has, not at that of the particle.
     if constexpr (pressure_is_state<LawType>)

@@ -61,6 +61,18 @@ inline Kinematics kinematics_of(const Analysis& analysis) {
   return {.linear_strain = analysis.as_cbgeo, .turns_stress = analysis.turns_stress};
 }
 
+/// Velocity gradients are those at the end of the motion that they belong to.
+inline bool gradients_at_end(const Analysis& analysis) {
+  return analysis.scheme == Scheme::usf;
+}
+
+/// `half` of stretch_domain().
+template <class LawType>
+double half_for_domains(const Analysis& analysis, double dt) {
+  if (!analysis.turns_stress || pressure_is_state<LawType>) return 0.0;
+  return gradients_at_end(analysis) ? -0.5 * dt : 0.5 * dt;
+}
+
 /// Strains of the n particles from p on, where there is a column for them, turn as stresses do.
 template <int Dim, int Of, class Real>
 LAHAR_INLINE void add_strain(const Rows<Dim>& rows, const LawInput<Of, Real>& in, Local p,
@@ -154,18 +166,19 @@ struct StoredGradient {
 };
 
 /// The box that is a particle's domain stretches along its axes, e_d *= 1 + dt L_dd: so that its
-/// volume changes as the particle's, and rotations leave it as it is: with `turns` to the second
-/// order (add_second_order()). Functions of this step remain those of the old one.
+/// volume changes as the particle's, and rotations leave it as it is: with `half` = dt / 2 to the
+/// second order, or -dt / 2 (add_second_order()). Functions of this step remain those of the old
+/// one.
 template <int Dim, class Real>
 LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
-                                 bool turns, Local p, Local n) {
+                                 double half, Local p, Local n) {
   LAHAR_UNROLL
   for (std::size_t d = 0; d < Dim; ++d) {
     Real rate = L[d][d];
-    if (turns) {
+    if (half != 0.0) {
       LAHAR_UNROLL
       for (std::size_t b = 0; b < Dim; ++b)
-        if (b != d) rate -= (0.5 * dt) * (L[d][b] * L[b][d]);
+        if (b != d) rate -= half * (L[d][b] * L[b][d]);
     }
     store_first(Real(load<Real>(rows.domain[d] + p) * (1.0 + dt * rate)), rows.next_domain[d] + p,
                 n);
@@ -193,8 +206,8 @@ LAHAR_INLINE void deform_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim]
 /// Domains of the n particles from p on follow L.
 template <int Dim, class Real>
 LAHAR_INLINE void move_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
-                              bool turns, Local p, Local n) {
-  if (rows.next_domain[0]) stretch_domain(rows, L, dt, turns, p, n);
+                              double half, Local p, Local n) {
+  if (rows.next_domain[0]) stretch_domain(rows, L, dt, half, p, n);
   if (rows.next_vectors[0]) deform_domain(rows, L, dt, p, n);
 }
 

@@ -52,20 +52,25 @@ LAHAR_INLINE void midpoint_gradient(const Real (&H)[Dim][Dim], Real (&M)[Dim][Di
 }
 
 /// Terms of the second order in dt of the strain and the change of volume of an explicit step,
-/// those of the midpoint rule: rate -= dt / 2 sym(L^2). Without them a rotation by w dt is a
-/// contraction by (w dt)^2 / 2 along both axes, and bodies that spin grow against it.
+/// those of the midpoint rule: with the gradient at the beginning of the motion rate -= dt / 2
+/// sym(L^2), with that at its end (`at_end`) the same with the other sign. Without them a rotation
+/// by w dt is a strain of (w dt)^2 / 2 along both axes, and bodies that spin grow or shrink.
 template <int Dim, class Real>
-LAHAR_INLINE void add_second_order(LawInput<Dim, Real>& in) {
+LAHAR_INLINE void add_second_order(LawInput<Dim, Real>& in, bool at_end) {
   const auto& L = in.gradient;
-  const double half = 0.5 * in.dt, square = in.dt * in.dt;
+  const double half = at_end ? -0.5 * in.dt : 0.5 * in.dt;
   const Real xy = L[0][1] * L[1][0];
+  Real trace, minors;  // invariants of L
   if constexpr (Dim == 2) {
+    trace = L[0][0] + L[1][1];
+    minors = L[0][0] * L[1][1] - xy;
     in.rate[0] -= half * (L[0][0] * L[0][0] + xy);
     in.rate[1] -= half * (L[1][1] * L[1][1] + xy);
     in.rate[3] -= half * ((L[0][1] + L[1][0]) * (L[0][0] + L[1][1]));
-    in.volumetric += square * (L[0][0] * L[1][1] - xy);
   } else {
     const Real yz = L[1][2] * L[2][1], xz = L[0][2] * L[2][0];
+    trace = L[0][0] + L[1][1] + L[2][2];
+    minors = L[0][0] * L[1][1] + L[1][1] * L[2][2] + L[0][0] * L[2][2] - xy - yz - xz;
     in.rate[0] -= half * (L[0][0] * L[0][0] + xy + xz);
     in.rate[1] -= half * (L[1][1] * L[1][1] + xy + yz);
     in.rate[2] -= half * (L[2][2] * L[2][2] + xz + yz);
@@ -75,9 +80,8 @@ LAHAR_INLINE void add_second_order(LawInput<Dim, Real>& in) {
         half * ((L[1][2] + L[2][1]) * (L[1][1] + L[2][2]) + L[1][0] * L[0][2] + L[2][0] * L[0][1]);
     in.rate[5] -=
         half * ((L[0][2] + L[2][0]) * (L[0][0] + L[2][2]) + L[0][1] * L[1][2] + L[2][1] * L[1][0]);
-    in.volumetric +=
-        square * (L[0][0] * L[1][1] + L[1][1] * L[2][2] + L[0][0] * L[2][2] - xy - yz - xz);
   }
+  in.volumetric += (in.dt * in.dt) * (at_end ? Real(trace * trace - minors) : minors);
 }
 
 /// How increments follow from finite changes of displacement.

@@ -120,8 +120,9 @@ TEST_CASE("strains of explicit steps are those of the midpoint rule to the secon
     strain_rate<2>(plane.gradient, plane.rate);
     in.volumetric = H[0][0] + H[1][1] + H[2][2];
     plane.volumetric = H[0][0] + H[1][1];
-    add_second_order(in);
-    add_second_order(plane);
+    LawInput<3, Scalar> after = in;
+    add_second_order(in, false);
+    add_second_order(plane, false);
     const auto space = increment_of<3>(H, dt, {});
     const auto section = increment_of<2>(flat, dt, {});
     const double third = 10 * size * size * size;
@@ -129,6 +130,19 @@ TEST_CASE("strains of explicit steps are those of the midpoint rule to the secon
     for (int k = 0; k < 4; ++k) CHECK(dt * std::abs(plane.rate[k][0] - section.rate[k][0]) < third);
     CHECK(std::abs(in.volumetric[0] - space.volumetric[0]) < third);
     CHECK(std::abs(plane.volumetric[0] - section.volumetric[0]) < 1e-15);
+
+    // The same motion by its gradient at the end, H (1 + H)^-1.
+    Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) F(a, b) += H[a][b][0];
+    const Eigen::Matrix3d end = Eigen::Matrix3d::Identity() - F.inverse();
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) after.gradient[a][b] = Scalar(end(a, b) / dt);
+    strain_rate<3>(after.gradient, after.rate);
+    after.volumetric = end.trace();
+    add_second_order(after, true);
+    for (int k = 0; k < 6; ++k) CHECK(dt * std::abs(after.rate[k][0] - space.rate[k][0]) < third);
+    CHECK(std::abs(after.volumetric[0] - space.volumetric[0]) < third);
   }
 }
 
