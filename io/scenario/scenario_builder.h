@@ -304,6 +304,7 @@ class ScenarioBuilder {
   bool has_no_effect(const JsonValue& given);  ///< in this analysis; reported
   template <class T>
   void refuse_excluded(const JsonValue& at, std::span<const T> entries);  ///< collective
+  void warn_of_two_velocities(const std::vector<std::pair<const JsonValue*, std::size_t>>& entries);
   void join_forces();
   void integrate_accelerations();
   void split_phases();
@@ -377,6 +378,7 @@ class ScenarioBuilder {
   void warn_of_stiff_materials();
   void warn_of_viscous_steps();
   void warn_of_missing_loads();
+  void warn_of_stresses_beyond_strength();
   // scenario_doubts_gravity.cpp
   void warn_of_gravity_upward();
   void warn_of_gravity_across(const JsonValue& gravity);

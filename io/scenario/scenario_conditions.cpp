@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <span>
+#include <utility>
 
 #include "io/mesh/node_files.h"
 #include "io/scenario/scenario_builder.h"
@@ -215,7 +217,9 @@ void ScenarioBuilder<Dim>::build_condition() {
   auto& list = entries_of<T>(model_);
   if constexpr (std::is_same_v<T, NodeVelocity>) hold_axis();
   std::size_t first = 0;
+  std::vector<std::pair<const JsonValue*, std::size_t>> ends;  // of what entries gave
   const auto finish = [&](const JsonValue& entry) {
+    ends.emplace_back(&entry, list.size());
     if constexpr (std::is_same_v<T, NodeFriction>)
       friction_entries_.push_back({&entry, first, list.size()});
     if constexpr (requires { typename T::Excludes; })
@@ -243,6 +247,7 @@ void ScenarioBuilder<Dim>::build_condition() {
     add_entry_of<T>(*entry);
     finish(*entry);
   }
+  if constexpr (std::is_same_v<T, NodeVelocity>) warn_of_two_velocities(ends);
   combine(list);
   if constexpr (std::is_same_v<T, NodeVelocity>) {
     model_.analysis.nodes_follow_time = team_.any(
@@ -262,6 +267,38 @@ void ScenarioBuilder<Dim>::build_conditions() {
   if (const auto file = in_.open(boundary(), "nodal_euler_angles"))
     if (auto frames = read_angle_file<Dim>(*file, n_nodes(), team_, in_.problems))
       model_.node_frames = std::move(*frames);
+}
+
+// Of several entries for a node and direction the first counts.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_two_velocities(
+    const std::vector<std::pair<const JsonValue*, std::size_t>>& entries) {
+  if (in_.cbgeo_defaults) return;
+  const auto& list = entries_of<NodeVelocity>(model_);
+  std::vector<std::size_t> order(list.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return place_of(list[a]) < place_of(list[b]);
+  });
+  std::vector<Index> lost(entries.size(), 0);
+  for (std::size_t i = 0, first = 0; i < order.size(); ++i) {
+    const NodeVelocity &counts = list[order[first]], &other = list[order[i]];
+    if (place_of(counts) != place_of(other))
+      first = i;
+    else if (counts.velocity != other.velocity || counts.function != other.function)
+      for (std::size_t e = 0; e < entries.size(); ++e)
+        if (order[i] < entries[e].second) {
+          ++lost[e];
+          break;
+        }
+  }
+  for (std::size_t e = 0; e < entries.size(); ++e)
+    if (const Index nodes = team_.sum(lost[e]); nodes > 0)
+      in_.warning(*entries[e].first,
+                  fmt::format("at {} of its nodes an entry before prescribes another velocity in "
+                              "this direction, which counts",
+                              nodes),
+                  "take these nodes out of one of the sets, or change the order");
 }
 
 // A node with a prescribed acceleration has the velocity that is its integral from rest. In CB-Geo

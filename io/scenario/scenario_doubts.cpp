@@ -51,6 +51,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_stiff_materials();
   warn_of_viscous_steps();
   warn_of_missing_loads();
+  warn_of_stresses_beyond_strength();
   warn_of_gravity_upward();
   warn_of_small_strength();
   warn_of_distant_gauges();

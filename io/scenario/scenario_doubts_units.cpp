@@ -20,6 +20,30 @@ bool is_about(double value, double wanted) {
   return std::abs(value - wanted) <= about_earth * wanted;
 }
 
+double norm_of(const Voigt& stress) {
+  double sum = 0;
+  for (std::size_t k = 0; k < stress.size(); ++k)
+    sum += (k < 3 ? 1.0 : 2.0) * stress[k] * stress[k];
+  return std::sqrt(sum);
+}
+
+/// What an increment without strain makes of a stress, less that stress.
+Voigt first_change(const Law& law, const Voigt& stress) {
+  Scalar at[6], state[most_state] = {};
+  double begin[most_state] = {};
+  initial_state(law, stress, begin);
+  for (std::size_t k = 0; k < 6; ++k) at[k] = Scalar(stress[k]);
+  for (std::size_t k = 0; k < most_state; ++k) state[k] = Scalar(begin[k]);
+  LawInput<3, Scalar> in{};
+  in.dt = 1;
+  const Failures failures =
+      std::visit([&](const auto& of) { return update(prepare(of), in, at, state); }, law);
+  Voigt change{};
+  if (failures.failed == 0)
+    for (std::size_t k = 0; k < 6; ++k) change[k] = at[k][0] - stress[k];
+  return change;
+}
+
 }  // namespace
 
 // Whoever has the gravity of the earth in m/s^2 has SI units. Whoever has neither may have any.
@@ -226,6 +250,46 @@ void ScenarioBuilder<Dim>::warn_of_missing_loads() {
                           least),
               "give the pond's pressure p as two tractions: p on both phases, and p times the "
               "porosity on the liquid; or lower the table");
+}
+
+// Stresses at the beginning that a law does not bear: without any strain it changes them. K0 has a
+// warning of its own.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_stresses_beyond_strength() {
+  constexpr Index most_looked_at = 100000;  // particles
+  constexpr double rounding = 1e-6;         // of the stress
+  const auto materials = get_list(root_, "materials");
+  const auto& p = model_.particles;
+  const JsonValue* given = section("mesh").find("particles_stresses");
+  const bool k0 =
+      given && given->is<JsonValue::Object>() && get_text(*given, "type").value_or("") == "k0";
+  if (k0 || !in_.stage.empty() || team_.any(!p.state.empty()) || !team_.any(!p.stress.empty()))
+    return;
+  const Index stride = 1 + rows_.total() / most_looked_at;
+  std::vector<Index> looked(materials.size(), 0), beyond = looked;
+  std::vector<double> worst(materials.size(), 0.0);
+  for (std::size_t i = 0; i < p.stress.size(); ++i) {
+    const std::size_t m = p.material[i] % materials.size();  // bodies in contact have copies
+    const double size = norm_of(p.stress[i]);
+    if (p.id_of(i) % stride != 0 || !(size > 0)) continue;
+    ++looked[m];
+    const double taken = norm_of(first_change(model_.materials[m].law, p.stress[i])) / size;
+    if (!(taken > rounding)) continue;
+    ++beyond[m];
+    worst[m] = std::max(worst[m], taken);
+  }
+  worst = team_.most(std::move(worst));
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const Index all = team_.sum(looked[m]), some = team_.sum(beyond[m]);
+    if (some == 0) continue;
+    in_.warning(
+        *materials[m],
+        fmt::format("'{}' does not bear the stress at the beginning at {:.3g} % of its particles: "
+                    "the first step takes up to {:.2g} % of it",
+                    model_.materials[m].name,
+                    100.0 * static_cast<double>(some) / static_cast<double>(all), 100.0 * worst[m]),
+        "give it more strength, or a stress that it bears: 'lahar material' shows which");
+  }
 }
 
 // A yield stress makes a fluid very viscous where it hardly shears, and viscosity limits explicit

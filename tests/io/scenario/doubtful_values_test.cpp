@@ -55,6 +55,19 @@ TEST_CASE("a model in SI units whose bodies lie on a floor is not warned of") {
   CHECK(warnings_of({}) == "");
 }
 
+TEST_CASE("two velocities for one node and direction are warned of, equal ones are not") {
+  const auto both = [](const char* second) {
+    return Case{.more = fmt::format(R"(, "velocity_constraints": [
+        {{"nset": "floor", "dir": "x", "velocity": 0}},
+        {{"nset_id": -1, "dir": "x", "velocity": {}}}])",
+                                    second)};
+  };
+  check_warns(both("0.5"),
+              "at 21 of its nodes an entry before prescribes another velocity in this direction, "
+              "which counts");
+  CHECK(warnings_of(both("0")) == "");
+}
+
 TEST_CASE("densities, moduli and gravity in other units are warned of") {
   check_warns({.density = "2"},
               "material 'clay' has 'density' 2, which no material has in SI units");

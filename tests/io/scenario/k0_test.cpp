@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 
+#include "io/base/problems.h"
 #include "io/scenario/scenario.h"
 #include "tests/io/scenario/said.h"
 
@@ -24,9 +25,9 @@ struct Ground {
   std::string analysis = "";  ///< beside step and number of steps
 };
 
-Model<2> ground(const Ground& parts) {
-  return std::get<Model<2>>(
-      std::move(read_scenario_text(fmt::format(R"({{
+Scenario scenario_of(const Ground& parts) {
+  return read_scenario_text(
+      fmt::format(R"({{
     "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 6]}},
              "particles_stresses": {{"type": "k0", "k0": {}{}}}}},
     "materials": [
@@ -39,10 +40,12 @@ Model<2> ground(const Ground& parts) {
       {{"generator": {{"type": "region", "per_cell": 2, "material": "sand", "region": {}}}}}],
     "external_loading_conditions": {{"gravity": {}}},
     "analysis": {{"shape_functions": "element", {} "dt": 1e-4, "nsteps": 1}}}})",
-                                               parts.k0, parts.more, parts.region, parts.top,
-                                               parts.gravity, parts.analysis),
-                                   "")
-                    .model));
+                  parts.k0, parts.more, parts.region, parts.top, parts.gravity, parts.analysis),
+      "");
+}
+
+Model<2> ground(const Ground& parts) {
+  return std::get<Model<2>>(std::move(scenario_of(parts).model));
 }
 
 std::string refusal(const Ground& parts) {
@@ -50,6 +53,22 @@ std::string refusal(const Ground& parts) {
 }
 
 }  // namespace
+
+TEST_CASE("a stress at the beginning that a soil does not bear is warned of") {
+  const auto said = [](const char* k0) {
+    return format_problems(
+        scenario_of(
+            {.k0 = fmt::format(R"("jaky", "materials": [{{"material": "sand", "k0": {}}}])", k0)})
+            .warnings,
+        "warning");
+  };
+  // It bears 1/3 to 3.
+  CHECK(said("0.2").find("'sand' does not bear the stress at the beginning at 100 % of its "
+                         "particles") != std::string::npos);
+  CHECK(said("0.34").find("does not bear") == std::string::npos);
+  CHECK(said("2.9").find("does not bear") == std::string::npos);
+  CHECK(said("3.1").find("does not bear") != std::string::npos);
+}
 
 TEST_CASE("level layers at rest have the weight above them, and K0 of it across") {
   for (const double surcharge : {0.0, 1000.0}) {
