@@ -129,7 +129,8 @@ void ScenarioBuilder<Dim>::check_phases() {
   const auto entries = get_list(root_, "materials");
   for (std::size_t m = 0; m < entries.size(); ++m)
     for (const char* key : {"porosity", "k_x"})
-      if (const JsonValue* at = entries[m]->find(key); at && !liquids_.count(static_cast<int>(m)))
+      if (const JsonValue* at = entries[m]->find(key);  // another stage may have water
+          at && in_.stage.empty() && !liquids_.count(static_cast<int>(m)))
         in_.warning(*at, fmt::format("'{}' has no effect without a liquid in the pores", key));
   if (!a.two_phase) return;
   if (!wanted && !is_projection(a))
@@ -270,6 +271,10 @@ void ScenarioBuilder<Dim>::build_water_table(const JsonValue& given) {
       return in_.error(*given.find(key), fmt::format("'{}' must be below {}", key, Dim));
   const auto level = water_level(given, up, along);
   if (!level) return;
+  if (!(model_.gravity[up] < 0))
+    in_.warning(given,
+                fmt::format("gravity does not act along -{}: water has no pressure", "xyz"[up]),
+                "'dir_v' is the axis upward, and gravity acts against it");
   const ParticleTable<Dim>& p = model_.particles;
   for (std::size_t i = 0; i < p.x.size(); ++i) {
     const auto& liquid = model_.materials[p.material[i]].liquid;

@@ -120,6 +120,11 @@ TEST_CASE(
              "the water table is above the ground, where nothing loads it: all pore "
              "pressures are 2.12e+04 Pa or more"));
   CHECK_FALSE(says(said("2"), "water table"));
+  CHECK_FALSE(says(said("2"), "gravity does not act"));
+  const Parts sideways{.mesh = R"(, "particles_pore_pressures": {"type": "water_table",
+      "dir_v": "x", "dir_h": "y", "water_tables": [{"position": 0, "h0": 1}]})"};
+  CHECK(says(warnings_of(read_scenario_text(text_of(sideways), "")),
+             "gravity does not act along -x: water has no pressure"));
   CHECK(says(said("2", R"(, "particles_stresses": {"type": "k0", "k0": 0.5, "surcharge": 1e3})"),
              "nothing loads the ground: a surcharge is a stress alone"));
 }
