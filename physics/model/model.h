@@ -51,8 +51,8 @@ struct MathFunction {
   std::vector<double> x, f;  ///< linear: times [s], ascending, and values; constant outside
   double x0 = 0, a = 0;      ///< sine: sin(a (t - x0)) in [lo, hi], 0 outside
   double lo = std::numeric_limits<double>::min(), hi = std::numeric_limits<double>::max();
-  bool integrated = false;   ///< the factor is the integral() [s]
-  std::vector<double> sums;  ///< linear, with `integrated`: integrals from x.front() to x
+  bool integrated = false;        ///< the factor is the integral() [s]
+  std::vector<double> sums = {};  ///< linear, with `integrated`: integrals from x.front() to x
 
   double operator()(double t) const { return integrated ? integral(t) : value(t); }
   double value(double t) const;
