@@ -46,7 +46,7 @@ std::array<double, 2> distortion_of_turning_bar(const std::string& more) {
                                  "region": {"box": {"min": [-0.5, -0.125], "max": [0.5, 0.125]}},
                                  "material": 0}}],
     "analysis": {"end_time": 1)" + more +
-                                    "}})");
+                                    "}}");
   for (const Vec<2>& x : model.particles.x) {
     model.particles.velocity.push_back({-spin * x[1], spin * x[0]});
   }
