@@ -77,7 +77,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
     in.turns = step.model->analysis.turns_stress;
     in.dt = dt;
     if constexpr (!pressure_is_state<LawType>)
-      if (in.turns) add_second_order(in, at_end);
+      if (in.turns) take_rotation_out(in, at_end);
     if (step.model->analysis.scheme == Scheme::newmark) {  // increments are not small
       Real H[Dim][Dim];
       LAHAR_UNROLL

@@ -34,7 +34,7 @@ LAHAR_INLINE LawInput<3, Real> input_of(const Real (&L)[2][2], const Real& acros
   in.dt = dt;
   in.volumetric = trace * dt;
   if constexpr (!Fluid)
-    if (in.turns) add_second_order(in, gradients_at_end(analysis));
+    if (in.turns) take_rotation_out(in, gradients_at_end(analysis));
   return in;
 }
 

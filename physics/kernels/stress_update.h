@@ -167,7 +167,7 @@ struct StoredGradient {
 
 /// The box that is a particle's domain stretches along its axes, e_d *= 1 + dt L_dd: so that its
 /// volume changes as the particle's, and rotations leave it as it is: with `half` = dt / 2 to the
-/// second order, or -dt / 2 (add_second_order()). Functions of this step remain those of the old
+/// second order, or -dt / 2 (take_rotation_out()). Functions of this step remain those of the old
 /// one.
 template <int Dim, class Real>
 LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
@@ -177,8 +177,10 @@ LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim
     Real rate = L[d][d];
     if (half != 0.0) {
       LAHAR_UNROLL
-      for (std::size_t b = 0; b < Dim; ++b)
-        if (b != d) rate -= half * (L[d][b] * L[b][d]);
+      for (std::size_t b = 0; b < Dim; ++b) {
+        const Real w = 0.5 * (L[d][b] - L[b][d]);
+        if (b != d) rate += half * (w * w);
+      }
     }
     store_first(Real(load<Real>(rows.domain[d] + p) * (1.0 + dt * rate)), rows.next_domain[d] + p,
                 n);

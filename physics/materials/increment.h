@@ -51,37 +51,29 @@ LAHAR_INLINE void midpoint_gradient(const Real (&H)[Dim][Dim], Real (&M)[Dim][Di
   }
 }
 
-/// Terms of the second order in dt of the strain and the change of volume of an explicit step,
-/// those of the midpoint rule: with the gradient at the beginning of the motion rate -= dt / 2
-/// sym(L^2), with that at its end (`at_end`) the same with the other sign. Without them a rotation
-/// by w dt is a strain of (w dt)^2 / 2 along both axes, and bodies that spin grow or shrink.
+/// What a rotation by w = spin dt leaves in the strain and the change of volume of an explicit
+/// step, of the second order, is taken out: with the gradient at the beginning of the motion L =
+/// (Q - 1) / dt, and sym(L) = sym(W^2) / 2 dt; with that at its end (`at_end`) the same with the
+/// other sign. Bodies that spin would grow or shrink against it.
 template <int Dim, class Real>
-LAHAR_INLINE void add_second_order(LawInput<Dim, Real>& in, bool at_end) {
-  const auto& L = in.gradient;
+LAHAR_INLINE void take_rotation_out(LawInput<Dim, Real>& in, bool at_end) {
   const double half = at_end ? -0.5 * in.dt : 0.5 * in.dt;
-  const Real xy = L[0][1] * L[1][0];
-  Real trace, minors;  // invariants of L
+  const auto& w = in.spin;
   if constexpr (Dim == 2) {
-    trace = L[0][0] + L[1][1];
-    minors = L[0][0] * L[1][1] - xy;
-    in.rate[0] -= half * (L[0][0] * L[0][0] + xy);
-    in.rate[1] -= half * (L[1][1] * L[1][1] + xy);
-    in.rate[3] -= half * ((L[0][1] + L[1][0]) * (L[0][0] + L[1][1]));
+    const Real square = half * (w[0] * w[0]);
+    in.rate[0] += square;
+    in.rate[1] += square;
+    in.volumetric += (2.0 * in.dt) * square;
   } else {
-    const Real yz = L[1][2] * L[2][1], xz = L[0][2] * L[2][0];
-    trace = L[0][0] + L[1][1] + L[2][2];
-    minors = L[0][0] * L[1][1] + L[1][1] * L[2][2] + L[0][0] * L[2][2] - xy - yz - xz;
-    in.rate[0] -= half * (L[0][0] * L[0][0] + xy + xz);
-    in.rate[1] -= half * (L[1][1] * L[1][1] + xy + yz);
-    in.rate[2] -= half * (L[2][2] * L[2][2] + xz + yz);
-    in.rate[3] -=
-        half * ((L[0][1] + L[1][0]) * (L[0][0] + L[1][1]) + L[0][2] * L[2][1] + L[1][2] * L[2][0]);
-    in.rate[4] -=
-        half * ((L[1][2] + L[2][1]) * (L[1][1] + L[2][2]) + L[1][0] * L[0][2] + L[2][0] * L[0][1]);
-    in.rate[5] -=
-        half * ((L[0][2] + L[2][0]) * (L[0][0] + L[2][2]) + L[0][1] * L[1][2] + L[2][1] * L[1][0]);
+    const Real xx = half * (w[0] * w[0]), yy = half * (w[1] * w[1]), zz = half * (w[2] * w[2]);
+    in.rate[0] += yy + zz;
+    in.rate[1] += xx + zz;
+    in.rate[2] += xx + yy;
+    in.rate[3] -= (2.0 * half) * (w[0] * w[1]);
+    in.rate[4] -= (2.0 * half) * (w[1] * w[2]);
+    in.rate[5] -= (2.0 * half) * (w[0] * w[2]);
+    in.volumetric += (2.0 * in.dt) * (xx + yy + zz);
   }
-  in.volumetric += (in.dt * in.dt) * (at_end ? Real(trace * trace - minors) : minors);
 }
 
 /// How increments follow from finite changes of displacement.

@@ -211,13 +211,14 @@ TEST_CASE("conditions of nodes and particles that implicit analyses do not have 
             R"({"nset": "base", "dir": 1, "delta": 10, "h_min": 1, "a": 1, "b": 1,
                 "position": "edge"})"},
            {"spring_constraints", R"({"nset": "base", "dir": 1, "stiffness": 1})"},
-           {"acceleration_constraints", R"({"nset": "base", "dir": 1, "acceleration": 1})"},
            {"particles_velocity_constraints", R"({"pset": -1, "dir": 1, "velocity": 0})"}})
     CHECK(refusal({.conditions = fmt::format("\"{}\": [{}]", key, entry)}) ==
           refused(fmt::format("'{}'", key)));
   CHECK(refusal({.conditions = R"("friction_constraints": [
       {"nset": "base", "dir": 1, "sign_n": -1, "friction": 0.2, "two_sided": true}])"}) ==
         refused("friction at two-sided walls"));
+  CHECK(refusal({.conditions = R"("acceleration_constraints": [
+      {"nset": "base", "dir": "x", "acceleration": 1}])"}) == "");
   CHECK(refusal({.conditions = R"("walls": [{"nset": "base", "normal": [0, 1]}])"}) == "");
   // None are given.
   CHECK(refusal({.conditions = R"("velocity_constraints": [

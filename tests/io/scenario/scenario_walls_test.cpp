@@ -3,8 +3,10 @@
 #include <unistd.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "io/scenario/scenario.h"
 #include "io/schema/cbgeo_deviations.h"
@@ -119,7 +121,16 @@ TEST_CASE("accelerations come from sets and files, with functions of time, the l
         {"nset": "floor", "dir": "x", "acceleration": 3, "math_function_id": 0},
         {"file": "shake.txt"}])");
   text.insert(1, R"("math_functions": [{"id": 0, "type": "Sin", "x0": 0, "a": 1}], )");
-  const auto s = read_scenario_text(text, folder.path());
+  const auto velocities = std::get<Model<2>>(read_scenario_text(text, folder.path()).model);
+  // 3 (1 - cos t), 0.5 t
+  std::map<Index, double> at_two;
+  for (const NodeVelocity& v : entries_of<NodeVelocity>(velocities))
+    if (v.function >= 0)
+      at_two[v.node] = v.velocity * velocities.functions[static_cast<std::size_t>(v.function)](2.0);
+  CHECK(at_two.at(0) == doctest::Approx(3 * (1 - std::cos(2.0))));
+  CHECK(at_two.at(1) == doctest::Approx(0.5 * 2));
+
+  const auto s = read_scenario_text(text, folder.path(), {{"analysis.preset=cbgeo"}});
   const auto& read = entries_of<NodeAcceleration>(std::get<Model<2>>(s.model));
   REQUIRE(read.size() == 4);
   CHECK(read[0].node == 0);
