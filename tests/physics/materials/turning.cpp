@@ -78,7 +78,7 @@ void check_turn(double angle) {
 }  // namespace
 
 TEST_CASE(
-    "stresses turn by the rotation of a step, however large; without one they stay to the bit") {
+    "stresses turn by the rotation of a step, however large, and stay to the bit without one") {
   for (const double angle : {1e-6, 0.1, -2.5}) {
     check_turn<2>(angle);
     check_turn<3>(angle);

@@ -383,8 +383,9 @@ TEST_CASE("chunks of any size, threads and pieces of a run give the same bits as
     Model<2> discs = two_discs();
     discs.analysis.scheme = scheme;
     discs.analysis.damping = 0.02;
-    check_chunks(discs, 30);
-    check_chunks(distorted(discs, 0.012), 30);
+    const Index steps = scheme == Scheme::usl ? 25 : 30;  // then a cell collapses
+    check_chunks(discs, steps);
+    check_chunks(distorted(discs, 0.012), steps);
     Model<2> water = dam_break();
     water.analysis.scheme = scheme;
     water.analysis.pressure_smoothing = true;

@@ -98,7 +98,7 @@ TEST_CASE("two discs with adaptive steps and an end time give the serial loop's 
     Model<2> model = two_discs();
     model.analysis.scheme = scheme;
     model.analysis.step = {.adaptive = true, .dt = 1.0, .safety = 0.4};
-    model.analysis.end_time = 0.3;
+    model.analysis.end_time = scheme == Scheme::usl ? 0.25 : 0.3;  // then a cell collapses
     model.analysis.nsteps = 1000000;
     CAPTURE(static_cast<int>(scheme));
     check_all_ways(model, other_ways());
