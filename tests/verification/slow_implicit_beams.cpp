@@ -108,7 +108,6 @@ TEST_CASE("quasi-static: a cantilever bends as the elastica says") {
 }
 
 TEST_CASE("quasi-static: the elastica with stresses that are the sum of increments") {
-  // As they turn with the material.
   for (const int steps : {20, 40}) {
     const Vec<2> tip = elastica(2, {"quadratic_spline", 4, 3, steps, "LinearElastic"});
     CHECK(tip[0] == doctest::Approx(0.49346).epsilon(0.01));
