@@ -36,7 +36,8 @@ using Law = std::variant<  //
 /// state)` for those that follow from parameters; `prepared()`, what update()
 /// takes instead of the law, where something can be computed once for many particles, with
 /// `takes_long = true` where particles of several cells should fill its packs; `native = true` for
-/// a law that CB-Geo MPM does not have; `as_cbgeo`, a flag that --as-cbgeo sets.
+/// a law that CB-Geo MPM does not have; `as_cbgeo`, a flag that --as-cbgeo sets; `knows_rotation =
+/// true` for a law that turns its stress with the material itself.
 template <class T>
 concept MaterialLaw = requires(const T law) {
   { T::name } -> std::convertible_to<std::string_view>;
