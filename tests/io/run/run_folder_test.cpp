@@ -284,8 +284,8 @@ TEST_CASE("a file's hash is that of its text, however long it is") {
 
 TEST_CASE("a folder of several runs is not taken for one, and its runs are named") {
   const TemporaryFolder folder;
+  make_run(folder.path / "rest", {0});  // first: they are named in the order of their beginning
   make_run(folder.path / "slide", {0});
-  make_run(folder.path / "rest", {0});
   const std::string path = folder.path.string();
   CHECK(refusal([&] { find_frame(folder.path); }) ==
         path + " is neither a run folder nor a frame | name one of the runs in it: " + path +
