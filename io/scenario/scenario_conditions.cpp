@@ -280,17 +280,19 @@ void ScenarioBuilder<Dim>::warn_of_two_velocities(
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return place_of(list[a]) < place_of(list[b]);
   });
+  const auto entry_of = [&](std::size_t k) {
+    const auto at =
+        std::upper_bound(entries.begin(), entries.end(), k,
+                         [](std::size_t value, const auto& entry) { return value < entry.second; });
+    return static_cast<std::size_t>(at - entries.begin());
+  };
   std::vector<Index> lost(entries.size(), 0);
   for (std::size_t i = 0, first = 0; i < order.size(); ++i) {
     const NodeVelocity &counts = list[order[first]], &other = list[order[i]];
     if (place_of(counts) != place_of(other))
       first = i;
     else if (counts.velocity != other.velocity || counts.function != other.function)
-      for (std::size_t e = 0; e < entries.size(); ++e)
-        if (order[i] < entries[e].second) {
-          ++lost[e];
-          break;
-        }
+      ++lost[entry_of(order[i])];
   }
   for (std::size_t e = 0; e < entries.size(); ++e)
     if (const Index nodes = team_.sum(lost[e]); nodes > 0)

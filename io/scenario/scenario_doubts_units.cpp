@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "io/scenario/scenario_builder.h"
-#include "physics/materials/law.h"
+#include "physics/materials/tangent.h"
 
 namespace lahar {
 
@@ -29,15 +29,16 @@ double norm_of(const Voigt& stress) {
 
 /// What an increment without strain makes of a stress, less that stress.
 Voigt first_change(const Law& law, const Voigt& stress) {
-  Scalar at[6], state[most_state] = {};
+  const Scalar no_strain[3][3] = {};
+  Scalar at[6], state[most_state];
   double begin[most_state] = {};
   initial_state(law, stress, begin);
-  for (std::size_t k = 0; k < 6; ++k) at[k] = Scalar(stress[k]);
-  for (std::size_t k = 0; k < most_state; ++k) state[k] = Scalar(begin[k]);
-  LawInput<3, Scalar> in{};
-  in.dt = 1;
-  const Failures failures =
-      std::visit([&](const auto& of) { return update(prepare(of), in, at, state); }, law);
+  const Failures failures = std::visit(
+      [&](const auto& of) {
+        return update_by<3>(prepare(of), no_strain, 1.0, {.linear_strain = true}, stress.data(),
+                            begin, at, state);
+      },
+      law);
   Voigt change{};
   if (failures.failed == 0)
     for (std::size_t k = 0; k < 6; ++k) change[k] = at[k][0] - stress[k];

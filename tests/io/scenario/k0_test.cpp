@@ -67,7 +67,7 @@ TEST_CASE("a stress at the beginning that a soil does not bear is warned of") {
                                           "");
     return format_problems(s.warnings, "warning");
   };
-  // Of the pressure across it bears 1/3 to 3 times as much.
+  // The sand bears 1/3 to 3 times the stress of the other directions.
   CHECK(said("0.2").find("'sand' does not bear the stress at the beginning at 100 % of its "
                          "particles") != std::string::npos);
   CHECK(said("0.34").find("does not bear") == std::string::npos);
