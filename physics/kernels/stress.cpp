@@ -65,8 +65,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
                               const Rows<Dim>& rows, const StepContext<Dim>& step, StressPart part,
                               const LawType& law) {
   const double dt = step.dt;
-  const bool at_end = gradients_at_end(step.model->analysis);
-  const double half = half_for_domains<LawType>(step.model->analysis, dt);
+  const double half = half_for_rotations<LawType>(step.model->analysis, dt);
   for (Local p = particles.begin(); p < particles.end(); p += lanes<Real>) {
     const Local n = particles.end() - p;
     prefetch(rows.stress, p);
@@ -76,8 +75,7 @@ LAHAR_INLINE void update_some(Patch<Dim>& patch, Some& particles, const Gradient
     spin_of<Dim>(in.gradient, in.spin);
     in.turns = step.model->analysis.turns_stress;
     in.dt = dt;
-    if constexpr (!pressure_is_state<LawType>)
-      if (in.turns) take_rotation_out(in, at_end);
+    if (half != 0.0) take_rotation_out(in, half);
     if (step.model->analysis.scheme == Scheme::newmark) {  // increments are not small
       Real H[Dim][Dim];
       LAHAR_UNROLL

@@ -14,9 +14,10 @@ constexpr std::size_t rows_in_plane = stress_components<2>;
 
 /// What a law sees of a velocity gradient L in the plane and a strain rate across it. `trace` is
 /// the volumetric strain rate of fluids, which may be that of the cell.
-template <bool Fluid, class Real>
+template <class Real>
 LAHAR_INLINE LawInput<3, Real> input_of(const Real (&L)[2][2], const Real& across,
-                                        const Real& trace, const StepContext<2>& step) {
+                                        const Real& trace, double half,
+                                        const StepContext<2>& step) {
   LawInput<3, Real> in;
   const double dt = step.dt;
   const Analysis& analysis = step.model->analysis;
@@ -33,8 +34,7 @@ LAHAR_INLINE LawInput<3, Real> input_of(const Real (&L)[2][2], const Real& acros
   in.turns = analysis.turns_stress;
   in.dt = dt;
   in.volumetric = trace * dt;
-  if constexpr (!Fluid)
-    if (in.turns) take_rotation_out(in, gradients_at_end(analysis));
+  if (half != 0.0) take_rotation_out(in, half);
   return in;
 }
 
@@ -103,6 +103,7 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
   const double dt = step.dt, least = dt * gradient.least_trace(bin.end - bin.begin);
   if (!(1.0 + least > 0.0)) record_collapse(patch, bin, least);
   const double density = Gaps ? density_around(patch, bin) : 0.0;
+  const double half = half_for_rotations<LawType>(step.model->analysis, dt);
   Real work(0.0);
   for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     const Local n = bin.end - p;
@@ -124,10 +125,10 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
     }
     LawInput<3, Real> in;
     if constexpr (plane == Plane::axisymmetric) {
-      in = input_of<pressure_is_state<LawType>>(L, gradient.across<Real>(p), trace, step);
+      in = input_of(L, gradient.across<Real>(p), trace, half, step);
     } else {
       const auto input = [&](const Real& rate) {
-        return input_of<pressure_is_state<LawType>>(L, rate, Real(trace + rate), step);
+        return input_of(L, rate, Real(trace + rate), half, step);
       };
       across = free_rate<Real>(of_law, modulus, active, dt, stress, state, input);
       in = input(across);
@@ -146,7 +147,7 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
     if constexpr (Gaps) store_first(of_law.opening, rows.opening + p, n);
     const Real stretch = Gaps ? Real(stretch_of(of_law.volumetric)) : Real(1.0 + of_law.volumetric);
     store_first(Real(load<Real>(rows.volume + p) * stretch), rows.volume + p, n);
-    move_domain(rows, of_law.domain, dt, half_for_domains<LawType>(step.model->analysis, dt), p, n);
+    move_domain(rows, of_law.domain, dt, half, p, n);
     add_strain(rows, in, p, n);
     // Pressure does its work at the strain that the fluid has, not at that of the particle.
     if constexpr (pressure_is_state<LawType>)

@@ -61,16 +61,12 @@ inline Kinematics kinematics_of(const Analysis& analysis) {
   return {.linear_strain = analysis.as_cbgeo, .turns_stress = analysis.turns_stress};
 }
 
-/// Velocity gradients are those at the end of the motion that they belong to.
-inline bool gradients_at_end(const Analysis& analysis) {
-  return analysis.scheme == Scheme::usf;
-}
-
-/// `half` of stretch_domain().
+/// `half` of take_rotation_out(); 0: it is not done. USF has velocity gradients at the end of the
+/// motion that they belong to.
 template <class LawType>
-double half_for_domains(const Analysis& analysis, double dt) {
+double half_for_rotations(const Analysis& analysis, double dt) {
   if (!analysis.turns_stress || pressure_is_state<LawType>) return 0.0;
-  return gradients_at_end(analysis) ? -0.5 * dt : 0.5 * dt;
+  return analysis.scheme == Scheme::usf ? -0.5 * dt : 0.5 * dt;
 }
 
 /// Strains of the n particles from p on, where there is a column for them, turn as stresses do.
@@ -166,9 +162,8 @@ struct StoredGradient {
 };
 
 /// The box that is a particle's domain stretches along its axes, e_d *= 1 + dt L_dd: so that its
-/// volume changes as the particle's, and rotations leave it as it is: with `half` = dt / 2 to the
-/// second order, or -dt / 2 (take_rotation_out()). Functions of this step remain those of the old
-/// one.
+/// volume changes as the particle's, and rotations leave it as it is: with `half` of
+/// take_rotation_out() to the second order. Functions of this step remain those of the old one.
 template <int Dim, class Real>
 LAHAR_INLINE void stretch_domain(const Rows<Dim>& rows, const Real (&L)[Dim][Dim], double dt,
                                  double half, Local p, Local n) {

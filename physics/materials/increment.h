@@ -53,11 +53,10 @@ LAHAR_INLINE void midpoint_gradient(const Real (&H)[Dim][Dim], Real (&M)[Dim][Di
 
 /// What a rotation by w = spin dt leaves in the strain and the change of volume of an explicit
 /// step, of the second order, is taken out: with the gradient at the beginning of the motion L =
-/// (Q - 1) / dt, and sym(L) = sym(W^2) / 2 dt; with that at its end (`at_end`) the same with the
-/// other sign. Bodies that spin would grow or shrink against it.
+/// (Q - 1) / dt, and sym(L) = sym(W^2) / 2 dt; with that at its end the same with the other sign.
+/// `half` is dt / 2 or -dt / 2. Bodies that spin would grow or shrink against it.
 template <int Dim, class Real>
-LAHAR_INLINE void take_rotation_out(LawInput<Dim, Real>& in, bool at_end) {
-  const double half = at_end ? -0.5 * in.dt : 0.5 * in.dt;
+LAHAR_INLINE void take_rotation_out(LawInput<Dim, Real>& in, double half) {
   const auto& w = in.spin;
   if constexpr (Dim == 2) {
     const Real square = half * (w[0] * w[0]);
