@@ -23,8 +23,11 @@ struct RunRecord {
   std::vector<HistoryRow> rows;
   std::vector<RemovedParticle> removed;
   std::vector<GaugeTable> tables;  ///< of gauges
-  std::vector<GaugeRows> gauges;   ///< from the first step to the last
-  std::vector<double> maps;        ///< at the end
+  bool measures = false;           ///< with gauges or maps
+  std::vector<GaugeRows> gauges;   ///< from the first step to the last that was due
+  Index measured = -1;             ///< the step of the last of them, here or in an earlier part
+  std::optional<GaugeRows> last_gauges;  ///< at the end, unless they were due
+  std::vector<double> maps;              ///< at the end
   std::vector<std::string> warnings;
   std::string error;               ///< of a run that failed, without the number of the rank
   std::string end_file;            ///< bytes of the last checkpoint, where files are written
@@ -32,6 +35,10 @@ struct RunRecord {
   std::optional<Frame> last_frame;
   std::optional<HistoryRow> last_row;
 
+  void add(const GaugeRows& rows) {
+    gauges.push_back(rows);
+    measured = rows.step;
+  }
   /// What a run gives that goes on from `step`.
   void forget_until(Index step) {
     std::erase_if(frames, [&](const Frame& frame) { return frame.step <= step; });
@@ -45,6 +52,16 @@ struct RunRecord {
     std::erase_if(rows, [&](const HistoryRow& row) { return row.step > step; });
     std::erase_if(removed, [&](const RemovedParticle& one) { return one.step > step; });
     std::erase_if(gauges, [&](const GaugeRows& one) { return one.step > step; });
+    measured = gauges.empty() ? -1 : gauges.back().step;
+    forget_end();
+  }
+  void forget_end() {
+    error.clear();
+    end.reset();
+    last_frame.reset();
+    last_row.reset();
+    last_gauges.reset();
+    maps.clear();
   }
 };
 
@@ -57,22 +74,23 @@ inline Observer observer_of(RunRecord& record) {
     record.removed.insert(record.removed.end(), particles.begin(), particles.end());
   };
   observer.warning = [&](const std::string& text) { record.warnings.push_back(text); };
-  observer.gauges = [&](const GaugeRows& rows) { record.gauges.push_back(rows); };
+  observer.gauges = [&](const GaugeRows& rows) { record.add(rows); };
   return observer;
 }
 
 /// Before the first step. `goes_on`: an earlier part of the run has measured this state.
 inline void begin_gauges(Simulation& simulation, RunRecord& record, bool goes_on) {
   record.tables = simulation.gauge_tables();
-  if (!goes_on && !record.tables.empty()) record.gauges.push_back(simulation.gauges());
+  record.measures = !record.tables.empty() || !simulation.maps().empty();
+  if (record.measures && !goes_on) record.add(simulation.gauges());
 }
 
 /// At the end of a run, of which all patches have done the last step. Collective.
 inline void end_of(Simulation& simulation, RunRecord& record) {
   record.last_frame = simulation.frame();
   record.last_row = simulation.history();
-  const bool measured = !record.gauges.empty() && record.gauges.back().step == simulation.step();
-  if (!record.tables.empty() && !measured) record.gauges.push_back(simulation.gauges());
+  if (record.measures && record.measured != simulation.step())
+    record.last_gauges = simulation.gauges();
   record.maps = simulation.maps();
 }
 
@@ -139,6 +157,7 @@ inline std::string difference_of_gauges(const RunRecord& a, const RunRecord& b) 
   const auto lines = [](const RunRecord& record, std::size_t k) {
     std::string text = gauge_header(record.tables[k]);
     for (const GaugeRows& rows : record.gauges) text += gauge_lines(record.tables[k], rows, k);
+    if (record.last_gauges) text += gauge_lines(record.tables[k], *record.last_gauges, k);
     return text;
   };
   if (a.tables.size() != b.tables.size()) return "other gauges";

@@ -26,9 +26,11 @@ class Run {
         writer_({.folder = folder, .kept = 1000}, way_.ranks),
         folder_(std::move(folder)) {}
 
-  /// From the beginning, or from a state. Collective.
-  RunRecord execute(const Model<Dim>& model, const SimulationState* from = nullptr) {
+  /// From the beginning, or from a state; `measured` is the step of the last rows of gauges before
+  /// it, or -1. Collective.
+  RunRecord execute(const Model<Dim>& model, const SimulationState* from, Index measured) {
     RunRecord record;
+    record.measured = measured;
     Observer observer = observer_of(record);
     // The ranks have a part of each frame.
     observer.frame = [&](FramePieces&& frame) { pieces_.push_back(join(frame)); };
@@ -186,9 +188,9 @@ class Comparison {
       if (from) {
         const SimulationState state =
             goes_on ? state_in(*from) : state_at_start(*from, stage.alike);
-        record = run.execute(stage.model, &state);
+        record = run.execute(stage.model, &state, goes_on ? measured_ : -1);
       } else {
-        record = run.execute(stage.model);
+        record = run.execute(stage.model, nullptr, -1);
       }
       return run.end();
     } catch (const InputError& error) {
@@ -215,6 +217,10 @@ class Comparison {
     Index there = ranks_.rank() == 0 && fs::exists(one / name) && fs::exists(all / name);
     there = ranks_.max(there);
     if (there == 0) return;
+    Index measured = -1;
+    for (const GaugeRows& rows : reference_.gauges)
+      if (rows.step <= middle_) measured = rows.step;
+    measured_ = ranks_.max(measured);
     // What one rank cannot read, none can.
     const auto open = [this](const fs::path& file) {
       std::unique_ptr<CheckpointReader> reader;
@@ -261,6 +267,7 @@ class Comparison {
   RankTeam team_;
   Choices& choices_;
   Index middle_ = 1;
+  Index measured_ = -1;  ///< the step of the reference's last rows of gauges until then
   std::vector<StageModel<Dim>> whole_, share_;
   std::string stage_;  ///< of messages
   RunRecord reference_;

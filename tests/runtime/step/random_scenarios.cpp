@@ -68,11 +68,6 @@ RunRecord run_interrupted(Model<Dim> model, const Begin& begin, Index middle, St
     }
   }
   record.forget_after(state->run.step);
-  record.error = "";
-  record.end.reset();
-  record.last_frame.reset();
-  record.last_row.reset();
-  record.maps.clear();
   model.output.checkpoint_steps = 0;
   Simulation simulation(model, second, observer_of(record), state->view());
   begin_gauges(simulation, record, true);
