@@ -216,8 +216,15 @@ void hoop_gradients(const Basis& basis, const Patch<2>& patch, Local p, const Lo
   for (int i = 0; i < Basis::nodes; ++i) h[i] = N[i][0] / r;
 }
 
+/// The larger of the stiffnesses in simple and in pure shear [Pa]: one of them stays where a law
+/// flows. It is that of bending, which a bulk modulus would hide.
+template <int Dim>
+double stiffness_in_shear(const StressOfStep<Dim>& of) {
+  return std::max(of.A[1][1], 0.5 * (of.A[0][0] - of.A[0][Dim + 1]));
+}
+
 /// Add what particle p of a bin gives after the increment H, with the gradients g of functions.
-/// Returns the stiffness of its material along x [Pa], or nothing where its law has no stress.
+/// Returns the stiffness of its material in shear [Pa], or nothing where its law has no stress.
 template <class Basis, class Cell>
 std::optional<double> add_particle_across(Cell& cell, const Basis& basis, Patch<2>& patch,
                                           const StepContext<2>& step, const ParticleBin& bin,
@@ -245,7 +252,7 @@ std::optional<double> add_particle_across(Cell& cell, const Basis& basis, Patch<
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
   cell.add(of_step, V, g, nullptr);
   if (ring) cell.add_across(of_step, V, g, h);
-  return of_step.A[0][0];
+  return stiffness_in_shear(of_step);
 }
 
 /// The same of models that do not deform across a plane. `mean` as in CellSystem::add().
@@ -264,7 +271,7 @@ std::optional<double> add_particle(Cell& cell, Patch<Dim>& patch, const StepCont
   const StressOfStep<Dim> of_step(H, change, analysis.as_cbgeo);
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
   cell.add(of_step, patch.particles.row(Column::volume)[p], g, mean);
-  return of_step.A[0][0];
+  return stiffness_in_shear(of_step);
 }
 
 }  // namespace
