@@ -77,7 +77,8 @@ const Section& geometry_section() {
           {.key = "lower_by",
            .kinds = number | text,
            .help = "how far it lies below `surface`: a number, or the name of a surface whose "
-                   "heights are the thickness. It is known where both are",
+                   "heights are the thickness: 0 where that has no data. It is known where both "
+                   "reach",
            .unit = "m",
            .min = 0,
            .native = true},

@@ -31,6 +31,32 @@ struct OnAxis {
   return {i, (x - axis[i]) / length, length};
 }
 
+template <int Dim>
+using OnAxes = std::array<OnAxis, static_cast<std::size_t>(Dim - 1)>;
+
+/// Linear, or bilinear, between points of the grid.
+template <int Dim>
+[[gnu::always_inline]] inline typename Surface<Dim>::Point between(
+    const typename Surface<Dim>::Axes& axes, const std::vector<float>& heights,
+    const OnAxes<Dim>& on) {
+  typename Surface<Dim>::Point point{0, Vec<Dim>::Zero()};
+  if constexpr (Dim == 2) {
+    const double a = heights[on[0].i], b = heights[on[0].i + 1];
+    point.height = a + on[0].t * (b - a);
+    point.slope[0] = (b - a) / on[0].length;
+  } else {
+    const std::size_t row = axes[0].size(), first = on[1].i * row + on[0].i;
+    const double a = heights[first], b = heights[first + 1];
+    const double c = heights[first + row], d = heights[first + row + 1];
+    const double s = on[0].t, t = on[1].t;
+    const double front = a + s * (b - a), back = c + s * (d - c);
+    point.height = front + t * (back - front);
+    point.slope[0] = ((1 - t) * (b - a) + t * (d - c)) / on[0].length;
+    point.slope[1] = (back - front) / on[1].length;
+  }
+  return point;
+}
+
 }  // namespace
 
 template <int Dim>
@@ -54,26 +80,25 @@ Surface<Dim>::Surface(Axes axes, std::vector<float> heights)
 template <int Dim>
 typename Surface<Dim>::Point Surface<Dim>::at(const Vec<Dim>& x) const {
   Point none{std::numeric_limits<double>::quiet_NaN(), Vec<Dim>::Zero()};
-  std::array<OnAxis, static_cast<std::size_t>(plan)> on;
+  OnAxes<Dim> on;
   for (std::size_t d = 0; d < plan; ++d) {
     const double at = x[static_cast<int>(d)];
     if (axes_[d].size() < 2 || !(at >= axes_[d].front() && at <= axes_[d].back())) return none;
     on[d] = find(axes_[d], per_length_[d], at);
   }
-  Point point{0, Vec<Dim>::Zero()};
-  if constexpr (Dim == 2) {
-    const double a = heights_[on[0].i], b = heights_[on[0].i + 1];
-    point.height = a + on[0].t * (b - a);
-    point.slope[0] = (b - a) / on[0].length;
-  } else {
-    const std::size_t row = axes_[0].size(), first = on[1].i * row + on[0].i;
-    const double a = heights_[first], b = heights_[first + 1];
-    const double c = heights_[first + row], d = heights_[first + row + 1];
-    const double s = on[0].t, t = on[1].t;
-    const double front = a + s * (b - a), back = c + s * (d - c);
-    point.height = front + t * (back - front);
-    point.slope[0] = ((1 - t) * (b - a) + t * (d - c)) / on[0].length;
-    point.slope[1] = (back - front) / on[1].length;
+  Point point = between<Dim>(axes_, heights_, on);
+  // A place on a line of the grid is known from either side.
+  for (unsigned other = 1; std::isnan(point.height) && other < 1u << plan; ++other) {
+    auto beside = on;
+    bool has_side = true;
+    for (std::size_t d = 0; d < plan; ++d) {
+      if (!(other >> d & 1u)) continue;
+      has_side = has_side && on[d].t == 0 && on[d].i > 0;
+      if (!has_side) break;
+      const std::size_t i = on[d].i - 1;
+      beside[d] = {i, 1.0, axes_[d][i + 1] - axes_[d][i]};
+    }
+    if (has_side) point = between<Dim>(axes_, heights_, beside);
   }
   return point;
 }

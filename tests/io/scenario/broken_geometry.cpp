@@ -162,7 +162,7 @@ TEST_CASE("rasters that cannot be the ground of a model are refused") {
        {good[0], write("t.asc", ascii_grid(of_height(-0.5)))},
        dem + R"(, "t": {"raster": "t.asc"}, "bed": {"surface": "ground", "lower_by": "t"})",
        R"({"between": ["bed", "ground"]})",
-       "the thickness is -0.5 at x = 0, y = 0\nhint: a thickness must not be negative\n"},
+       "the thickness is -0.5 at x = 0.5, y = 0.5\nhint: a thickness must not be negative\n"},
       {"a thickness that is a polygon",
        {good[0], polygons({{{{1, 1}, {4, 1}, {4, 4}}}})},
        dem + ", " + field + R"(, "bed": {"surface": "ground", "lower_by": "field"})",

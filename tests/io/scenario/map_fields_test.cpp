@@ -1,4 +1,4 @@
-// Parameters of materials, and water tables, from maps.
+// Parameters of materials, water tables and thicknesses from maps.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -140,6 +140,38 @@ TEST_CASE("maps that have no value of a particle, or a wrong one, are refused") 
   CHECK(refusal(folder, scenario(R"({"raster": "c.tif"})", R"("g": {"raster": "dem.tif"})")) ==
         "'dem.tif' and 'c.tif' are in different coordinate reference systems: WGS 84 / UTM zone "
         "32N and WGS 84 / UTM zone 33N");
+}
+
+TEST_CASE("a map of thicknesses has its volume, also where it has data in a part alone") {
+  if (!has_gdal()) return;
+  const auto volume = [](const std::function<double(double, double)>& thickness, double cell) {
+    const Folder folder;
+    const int columns = static_cast<int>(12 / cell), rows = static_cast<int>(8 / cell);
+    folder.write("t.asc", ascii_grid({columns, rows, 0, 0, cell, thickness}));
+    folder.write("flat.asc", ascii_grid({12, 8, 0, 0, 1, [](double, double) { return 1.0; }}));
+    const Model<3> model = model_of(folder, R"({
+      "mesh": {"structured": {"cell_size": 0.5, "extent": [12, 8, 4]}},
+      "geometry": {"ground": {"raster": "flat.asc"}, "thick": {"raster": "t.asc"},
+                   "top": {"surface": "ground", "raise_by": "thick"}},
+      "materials": [{"name": "m", "type": "LinearElastic", "density": 2000,
+                     "youngs_modulus": 1e7, "poisson_ratio": 0.3}],
+      "particles": [{"generator": {"type": "region", "per_cell": 2, "material": "m",
+                                   "region": {"between": ["ground", "top"]}}}],
+      "analysis": {"nsteps": 1}})");
+    double sum = 0;
+    for (const double V : model.particles.volume) sum += V;
+    return sum;
+  };
+  const auto known = [](double x, double y) { return x > 4 && x < 8 && y > 2 && y < 6; };
+  for (const double cell : {0.5, 1.0, 2.0}) {
+    CAPTURE(cell);
+    CHECK(volume([&](double x, double y) { return known(x, y) ? 1.5 : unknown; }, cell) ==
+          doctest::Approx(16 * 1.5).epsilon(0.01));
+    // Cells that are 0 at the sides of the map go straight on to its edge, and not below 0.
+    CHECK(volume([&](double x, double y) { return known(x, y) ? 1.5 : 0.0; }, cell) ==
+          doctest::Approx(16 * 1.5).epsilon(0.01));
+    CHECK(volume([&](double x, double) { return 0.2 * std::max(0.0, x - cell / 2); }, cell) > 0);
+  }
 }
 
 TEST_CASE("a surface of geometry is the level of the water") {

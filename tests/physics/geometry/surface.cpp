@@ -94,8 +94,16 @@ TEST_CASE("there is no surface outside of its axes, and where heights are not kn
   CHECK(std::isnan(line.height({3.0000001, 0})));
   CHECK(std::isnan(line.height({std::numeric_limits<double>::quiet_NaN(), 0})));
   CHECK(line.height({0.5, 0}) == 1.5);
+  CHECK(line.height({1, 0}) == 2);  // known from one of its sides
   CHECK(std::isnan(line.height({1.5, 0})));
   CHECK(std::isnan(line.height({2.5, 0})));
   CHECK(line.bounds().second[1] == 4);
+  const Surface<3> corner({{{0, 1, 2}, {0, 1, 2}}},
+                          {1, 2, unknown, 3, 4, unknown, unknown, unknown, unknown});
+  CHECK(corner.height({1, 1, 0}) == 4);
+  CHECK(corner.height({0.5, 1, 0}) == 3.5);
+  CHECK(corner.height({1, 0.5, 0}) == 3);
+  CHECK(corner.at({1, 0.5, 0}).slope[1] == 2);
+  CHECK(std::isnan(corner.height({1 + 1e-9, 1, 0})));
   CHECK(std::isnan(Surface<3>().height({0, 0, 0})));
 }
