@@ -33,6 +33,25 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("rigid bodies: cohesion holds by the area of a block, wherever its first row is cut") {
+  // With half of what would hold it the block has half of its acceleration.
+  for (const int degrees : {1, 10, 20, 37, 45})
+    for (const double level : {1.7, 1.71, 1.72, 1.745}) {
+      CAPTURE(degrees);
+      CAPTURE(level);
+      Incline incline{.angle = degrees * pi / 180, .friction = 0};
+      incline.cohesion = 0.5 * 2000 * 0.15 * g * incline.sine();
+      incline.level = level;
+      incline.cut_cells = "exact";
+      incline.analysis += R"(, "shape_functions": "quadratic_spline")";
+      const auto motion = incline.run();
+      const double expected = 0.5 * g * incline.sine() * motion.time.back();
+      // Of boxes at 45 degrees corners touch.
+      const double error = degrees == 45 ? 0.25 : 0.1;
+      CHECK(motion.velocity.back() == doctest::Approx(expected).epsilon(error));
+    }
+}
+
 TEST_CASE("rigid bodies: a block sticks where friction suffices, and does not creep") {
   for (const int degrees : {10, 20, 30, 45, 60}) {
     CAPTURE(degrees);

@@ -21,13 +21,16 @@ struct Incline {
   double angle, friction;
   double h = 0.05, end_time = 0.3;
   std::string analysis = R"("velocity_update": "pic")";
-  double ramp = 0;  ///< [s] in which gravity grows; 0: it acts at once
+  double ramp = 0;      ///< [s] in which gravity grows; 0: it acts at once
+  double cohesion = 0;  ///< [Pa]
+  double level = 1.7;   ///< [m] of the block's upper end on the plane
+  std::string cut_cells = "centres";
 
   double sine() const { return std::sin(angle); }
   double cosine() const { return std::cos(angle); }
   std::string place(double along, double above) const {
     return fmt::format("[{}, {}]", 0.4 + along * cosine() + above * sine(),
-                       1.7 - along * sine() + above * cosine());
+                       level - along * sine() + above * cosine());
   }
   std::string gravity() const {
     if (ramp == 0) return fmt::format("[0, {}]", -g);
@@ -40,14 +43,14 @@ struct Incline {
       "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e8,
                      "poisson_ratio": 0.2}}],
       "rigid_bodies": [{{"region": {{"half_space": {{"point": {}, "normal": [{}, {}]}}}},
-                        "friction": {}}}],
+                        "friction": {}, "cohesion": {}}}],
       "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
-        "region": {{"polygon": {{"points": [{}, {}, {}, {}]}}}}}}}}],
+        "cut_cells": "{}", "region": {{"polygon": {{"points": [{}, {}, {}, {}]}}}}}}}}],
       "external_loading_conditions": {{"gravity": {}}},
       "analysis": {{"mpm_scheme": "musl", "end_time": {}, {}}},
       "post_processing": {{"history_steps": 20}}}})",
-        h, place(0, 0), sine(), cosine(), friction, place(0, 0), place(0.6, 0), place(0.6, 0.15),
-        place(0, 0.15), gravity(), end_time, analysis));
+        h, place(0, 0), sine(), cosine(), friction, cohesion, cut_cells, place(0, 0), place(0.6, 0),
+        place(0.6, 0.15), place(0, 0.15), gravity(), end_time, analysis));
   }
   /// Along the plane [m/s], and the time: all rows.
   struct Motion {
