@@ -59,6 +59,7 @@ SafetyTrial tell(const SafetyTrial& trial, Console& console) {
                                  trial.stable() ? "equilibrium" : "fails",
                                  format_count(trial.steps), trial.displacement);
   if (trial.end == SafetyTrial::End::restless) line += " and does not come to rest";
+  if (trial.end == SafetyTrial::End::settles) line += " and settles";
   console.line(line);
   if (!trial.problem.empty()) console.line("          " + trial.problem);
   return trial;
