@@ -1,5 +1,7 @@
 #include "runtime/step/run_watch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -29,6 +31,7 @@ void RunWatch<Dim>::resume(const WatchdogState& state) {
 template <int Dim>
 bool RunWatch<Dim>::judge(Step step, const HistoryRow& row, double kinetic_at_start,
                           bool strained) {
+  warn_of_lost_bodies(row);
   auto alarm = judge_.judge(row, kinetic_at_start, strained);
   if (!alarm || judge_.state.end_step >= 0) return false;
   if (judge_.stops()) {
@@ -57,6 +60,25 @@ template <int Dim>
 void RunWatch<Dim>::warn_once(const WatchdogAlarm& alarm) {
   if (!std::exchange(warned_[static_cast<std::size_t>(alarm.kind)], true))
     warn_(watchdog_warning(alarm));
+}
+
+template <int Dim>
+void RunWatch<Dim>::warn_of_lost_bodies(const HistoryRow& row) {
+  const auto [low, high] = model_.mesh->bounds();
+  lost_.resize(row.bodies.size());
+  for (std::size_t k = 0; k < row.bodies.size(); ++k) {
+    if (lost_[k] || model_.rigid_bodies[k].motion != RigidBody<Dim>::Motion::free) continue;
+    const auto& place = row.bodies[k].place;
+    for (int d = 0; d < Dim; ++d) {
+      const double x = place[static_cast<std::size_t>(d)];
+      if (lost_[k] || (x >= low[d] && x <= high[d])) continue;
+      lost_[k] = true;
+      warn_(fmt::format("rigid body '{}' has left the mesh: its {} is {:.6g} m. Walls and "
+                        "constraints of nodes do not hold rigid bodies: what should hold it has to "
+                        "be a rigid body, too.",
+                        row.bodies[k].name, "xyz"[d], x));
+    }
+  }
 }
 
 template <int Dim>

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "runtime/exchange/per_step.h"
 #include "runtime/patches/patch_set.h"
@@ -57,6 +58,8 @@ class RunWatch {
 
  private:
   void warn_once(const WatchdogAlarm& alarm);
+  /// Of free rigid bodies that have left the mesh, once each.
+  void warn_of_lost_bodies(const HistoryRow& row);
   std::string worst_particle(WatchdogAlarm::Kind kind) const;
 
   const Model<Dim>& model_;
@@ -68,6 +71,7 @@ class RunWatch {
   Step step_alarm_end_ = -1;  ///< at which it ends the run; -1 = it does not
   std::atomic<bool> step_alarm_is_new_{false};
   std::array<bool, 4> warned_{};         ///< by WatchdogAlarm::Kind
+  std::vector<bool> lost_;               ///< rigid bodies that warn_of_lost_bodies() told of
   PerStep<std::atomic<bool>> strained_;  ///< by step: a patch of this rank has such a particle
 };
 
