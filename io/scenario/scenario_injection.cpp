@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numeric>
+#include <span>
 
 #include "io/base/text.h"
 #include "io/mesh/shared_mesh.h"
@@ -63,6 +65,27 @@ void send_home(Injection<Dim>& injection, const Team& team) {
     injection.x.emplace_back(point.data());
 }
 
+/// Particles come when those before have left the cell. This is the share of the cell that has
+/// flowed in until then, while its box moves on with `velocity` [m/s]: 1 of many particles, 1/2 of
+/// one in the middle. What comes but once fills the cell.
+template <int Dim>
+double share_of_event(const std::pair<Vec<Dim>, Vec<Dim>>& cell, std::span<const Vec<Dim>> points,
+                      const Vec<Dim>& velocity, double duration) {
+  constexpr double never = std::numeric_limits<double>::infinity();
+  double last = 0;  // [s]
+  for (const Vec<Dim>& x : points) {
+    double leaves = never;
+    for (int d = 0; d < Dim; ++d)
+      if (velocity[d] != 0)
+        leaves = std::min(
+            leaves, ((velocity[d] > 0 ? cell.second[d] : cell.first[d]) - x[d]) / velocity[d]);
+    last = std::max(last, leaves);
+  }
+  if (!(last < duration)) return 1;
+  const Vec<Dim> flows = last * velocity.cwiseAbs().cwiseQuotient(cell.second - cell.first);
+  return std::min(1.0, flows.sum());
+}
+
 }  // namespace
 
 template <int Dim>
@@ -96,8 +119,18 @@ void ScenarioBuilder<Dim>::build_injection(const JsonValue& generator) {
   const auto mesh = mesh_with(*cells);
   injection.x = fill_cells<Dim>(*mesh, *cells, static_cast<int>(*n)).x;
   injection.per_cell = team_.sum(static_cast<Index>(injection.x.size())) / injection.all_cells;
-  for (const Index cell : *cells)
-    injection.volume.push_back(mesh->cell_volume(cell) / static_cast<double>(injection.per_cell));
+  for (std::size_t i = 0; i < cells->size(); ++i) {
+    const Index cell = (*cells)[i];
+    const auto n_points = static_cast<std::size_t>(injection.per_cell);
+    const double share =
+        in_.cbgeo_defaults
+            ? 1.0
+            : share_of_event<Dim>(mesh->cell_bounds(cell),
+                                  std::span(injection.x).subspan(i * n_points, n_points),
+                                  injection.velocity, injection.end - injection.start);
+    injection.volume.push_back(share * mesh->cell_volume(cell) /
+                               static_cast<double>(injection.per_cell));
+  }
   injection.cells = *cells;
   if (!team_.alone()) send_home(injection, team_);
   model_.injections.push_back(std::move(injection));
