@@ -117,6 +117,7 @@ void CutParts<Dim>::sample(const CellMap<Dim>& map, const Vec<Dim>& xi, const Ve
     inside += weight;
     sum += weight * x;
   }
+  if (inside == all) return;  // the boundary touches it
   const double whole = part.volume;
   part = {};
   if (inside == 0) return;

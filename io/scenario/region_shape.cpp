@@ -67,8 +67,8 @@ SolidPtr<Dim> combined(const std::vector<RegionShape<Dim>>& parts,
 }
 
 template <int Dim>
-bool any_named(const std::vector<RegionShape<Dim>>& parts) {
-  return std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.named; });
+bool any_exact(const std::vector<RegionShape<Dim>>& parts) {
+  return std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.exact; });
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ template <int Dim>
 RegionShape<Dim> side_of_surface(std::shared_ptr<const Surface<Dim>> surface, int side,
                                  double tolerance) {
   RegionShape<Dim> out;
-  out.named = true;
+  out.exact = true;
   out.solid = side > 0 ? below(surface) : outside(below(surface));
   out.bounds = surface->bounds();
   out.bounds.first.array() -= tolerance;
@@ -101,7 +101,7 @@ RegionShape<Dim> side_of_surface(std::shared_ptr<const Surface<Dim>> surface, in
 template <int Dim>
 RegionShape<Dim> inside_solid(SolidPtr<Dim> solid, double tolerance) {
   RegionShape<Dim> out;
-  out.named = true;
+  out.exact = true;
   out.solid = solid;
   out.bounds = solid->bounds();
   out.bounds.first.array() -= tolerance;
@@ -117,7 +117,7 @@ RegionShape<Dim> inside_solid(SolidPtr<Dim> solid, double tolerance) {
 
 RegionShape<3> under_outlines(std::shared_ptr<const Outlines> outlines, double tolerance) {
   RegionShape<3> out;
-  out.named = true;
+  out.exact = true;
   out.solid = under(outlines);
   for (int d = 0; d < 2; ++d) {
     out.bounds.first[d] = outlines->bounds().first[d] - tolerance;
@@ -135,7 +135,7 @@ RegionShape<3> under_outlines(std::shared_ptr<const Outlines> outlines, double t
 template <int Dim>
 RegionShape<Dim> union_of(std::vector<RegionShape<Dim>> parts) {
   RegionShape<Dim> out;
-  out.named = any_named(parts);
+  out.exact = any_exact(parts);
   out.solid = combined<Dim>(parts, united<Dim>);
   out.bounds = parts[0].bounds;
   for (const auto& part : parts) {
@@ -158,7 +158,7 @@ RegionShape<Dim> union_of(std::vector<RegionShape<Dim>> parts) {
 template <int Dim>
 RegionShape<Dim> intersection_of(std::vector<RegionShape<Dim>> parts) {
   RegionShape<Dim> out;
-  out.named = any_named(parts);
+  out.exact = any_exact(parts);
   out.solid = combined<Dim>(parts, common<Dim>);
   for (const auto& part : parts) {
     out.bounds.first = out.bounds.first.cwiseMax(part.bounds.first);
@@ -180,7 +180,7 @@ RegionShape<Dim> intersection_of(std::vector<RegionShape<Dim>> parts) {
 template <int Dim>
 RegionShape<Dim> difference_of(std::vector<RegionShape<Dim>> parts) {
   RegionShape<Dim> out;
-  out.named = any_named(parts);
+  out.exact = any_exact(parts);
   out.solid = combined<Dim>(parts, difference<Dim>);
   out.bounds = parts[0].bounds;
   const auto shapes = std::make_shared<const std::vector<RegionShape<Dim>>>(std::move(parts));

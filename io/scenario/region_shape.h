@@ -21,7 +21,7 @@ struct RegionShape {
   std::function<Coverage(const Point& low, const Point& high)> coverage = unknown;
   /// The test for points of a box, without what the whole box says; empty: `contains`.
   std::function<std::function<bool(const Point&)>(const Point& low, const Point& high)> within = {};
-  bool named = false;             ///< it is, or has, a shape of `geometry`
+  bool exact = false;             ///< it is, or has, a polygon or a shape of `geometry`
   SolidPtr<Dim> solid = nullptr;  ///< what fills it; null where it has no surface
 
   static Box everywhere() {

@@ -321,6 +321,7 @@ RegionShape<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
           return in_polygon(corner, 0.5 * (low + high), eps) ? Coverage::all : Coverage::none;
         }};
     out.solid = lahar::polygon(corner);
+    out.exact = true;
     return out;
   } else {
     const int axis = get_direction(v, "axis").value_or(2);
@@ -353,6 +354,7 @@ RegionShape<Dim> RegionReader<Dim>::polygon(const JsonValue& v) {
           return within ? Coverage::all : Coverage::part;
         }};
     if (low < high) out.solid = prism(corner, axis, low, high);
+    out.exact = true;
     return out;
   }
 }
@@ -432,8 +434,8 @@ std::function<bool(const Vec<Dim>&)> Region<Dim>::contains_within(const Vec<Dim>
 }
 
 template <int Dim>
-bool Region<Dim>::names_geometry() const {
-  return shape_->named;
+bool Region<Dim>::cuts_exactly() const {
+  return shape_->exact;
 }
 
 template <int Dim>

@@ -51,8 +51,9 @@ class Region {
   /// contains() for points of this box, which may be faster.
   std::function<bool(const Vec<Dim>&)> contains_within(const Vec<Dim>& low,
                                                        const Vec<Dim>& high) const;
-  /// Whether it names a shape of `geometry`.
-  bool names_geometry() const;
+  /// Whether cells that it cuts are cut exactly by default: it has slopes, as a polygon or a shape
+  /// of `geometry`.
+  bool cuts_exactly() const;
   /// What fills it, without the tolerance; null where it has no surface: "all", or a box that has
   /// an end on some sides of both of its corners alone.
   const SolidPtr<Dim>& solid() const;
