@@ -24,6 +24,7 @@ struct NewParticles {
   std::vector<Vec<Dim>> x;
   std::vector<Index> cell;     ///< -1 = not yet known
   std::vector<double> volume;  ///< 0 = not yet known
+  int parts = 0;               ///< GeneratorRows::parts
 };
 
 /// Particles at the Gauss points (physics/mesh/element.h) of the cells, in the order given.

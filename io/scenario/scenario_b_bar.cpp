@@ -112,7 +112,7 @@ void ScenarioBuilder<Dim>::warn_of_locking() {
   for (std::size_t m = 0; m < n; ++m)
     may_lock[m] = std::holds_alternative<VonMises>(model_.materials[m].law) ||
                   get_number(*materials[m], "poisson_ratio").value_or(0) > hardly;
-  if (in_.cbgeo_defaults || model_.analysis.mean_volume ||
+  if (in_.cbgeo_defaults || model_.analysis.mean_volume || model_.analysis.plane == Plane::stress ||
       std::find(may_lock.begin(), may_lock.end(), true) == may_lock.end())
     return;
   const ParticleTable<Dim>& p = model_.particles;
@@ -131,8 +131,10 @@ void ScenarioBuilder<Dim>::warn_of_locking() {
                             "several particles: forces come out up to a fifth too high, "
                             "pressures have stripes",
                             model_.materials[m].name),
-                "take \"b_bar\": true in 'analysis', or \"per_cell\": 1, and compare with half "
-                "the cell");
+                model_.analysis.plane == Plane::axisymmetric
+                    ? "take \"per_cell\": 1, and compare with half the cell"
+                    : "take \"b_bar\": true in 'analysis', or \"per_cell\": 1, and compare with "
+                      "half the cell");
   }
 }
 

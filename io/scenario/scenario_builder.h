@@ -315,8 +315,10 @@ class ScenarioBuilder {
   void check_other_gravity();
   // scenario_tractions.cpp
   void build_tractions();
-  double width_of(std::size_t i) const;  ///< [m] of the i-th particle of this member
-  void place_tractions();                ///< after warnings, which know the entries of the scenario
+  /// [m] edges of a particle of this member, when find_loaded_surfaces() has begun.
+  Vec<Dim> edges_of(Index id) const;
+  void find_loaded_surfaces();  ///< their axes, and layers_of_loads_. Collective.
+  void place_tractions();       ///< after warnings, which know the entries of the scenario
   // scenario_fields.cpp
   /// The material with one number in place of each of its fields, which become an entry of fields_;
   /// nothing where it has no fields.
@@ -398,6 +400,7 @@ class ScenarioBuilder {
   void warn_of_bonds();
   void warn_of_distance(const std::vector<Box>& boxes);
   void warn_of_stillness();
+  void warn_of_no_pressure();
   void warn_of_softening();
   void warn_of_thin_layers();
   // scenario_doubts_places.cpp
@@ -486,6 +489,8 @@ class ScenarioBuilder {
   };
   std::vector<Source> sources_;
   std::vector<GeneratorRows> generators_;  ///< that gave particles, in their order
+  bool of_boxes_ = false;                  ///< particles are boxes like their cells
+  std::vector<double> layers_of_loads_;    ///< of particles behind each other, by traction
   std::vector<FrictionEntry> friction_entries_;
   std::vector<std::vector<MaterialField<Dim>>> fields_;  ///< of each material of the scenario
 };

@@ -291,6 +291,8 @@ void ScenarioBuilder<Dim>::warn_of_two_velocities(
     const NodeVelocity &counts = list[order[first]], &other = list[order[i]];
     if (place_of(counts) != place_of(other))
       first = i;
+    else if (order[first] < axis_nodes_.size())
+      continue;  // the axis stays where it is: nobody has to write that
     else if (counts.velocity != other.velocity || counts.function != other.function)
       ++lost[entry_of(order[i])];
   }

@@ -43,6 +43,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_bonds();
   warn_of_distance(boxes);
   warn_of_stillness();
+  warn_of_no_pressure();
   warn_of_softening();
   warn_of_thin_layers();
   warn_of_units();
@@ -61,6 +62,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_short_terrain();
   warn_of_holes();
   warn_of_cut_polygons();
+  find_loaded_surfaces();
   warn_of_thick_loads();
   warn_of_no_load();
   warn_of_fields();

@@ -15,6 +15,7 @@ inline constexpr double infinity = std::numeric_limits<double>::infinity();
 struct GeneratorRows {
   const JsonValue* generator;
   Index first, end;  ///< rows [first, end) of all members
+  int parts = 0;     ///< of a cell along each axis, one for each particle; 0: other particles
 };
 
 /// An entry of friction constraints or walls, and the elements of entries_of<NodeFriction>() it

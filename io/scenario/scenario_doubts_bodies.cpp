@@ -105,6 +105,19 @@ void ScenarioBuilder<Dim>::warn_of_stillness() {
 
 // What a law reads only where it softens.
 template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_no_pressure() {
+  if (in_.cbgeo_defaults || is_projection(model_.analysis)) return;
+  const auto materials = get_list(root_, "materials");
+  for (const JsonValue* material : materials)
+    if (get_bool(*material, "incompressible").value_or(false))
+      in_.warning(*material->find("incompressible"),
+                  "an incompressible liquid has no pressure but in projections: nothing holds its "
+                  "volume, and its cells collapse",
+                  "leave it out: 'bulk_modulus' then holds the volume; or take \"mpm_scheme\": "
+                  "\"projection\"");
+}
+
+template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_softening() {
   if (in_.cbgeo_defaults) return;
   const auto materials = get_list(root_, "materials");

@@ -355,69 +355,21 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
   }
 }
 
-namespace {
-
-template <class T>
-void keep_different(std::vector<T>& values) {
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-}
-
-}  // namespace
-
 // Particles that get a traction and lie behind each other whichever way one looks. Each gets it
 // times its area.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_thick_loads() {
   constexpr double most = 1.5;  // particles behind each other in the mean
-  using Column = std::array<Index, static_cast<std::size_t>(Dim)>;  // its axis, places across it
-  const auto& p = model_.particles;
   const auto entries =
       get_list(section("external_loading_conditions"), "particle_surface_traction");
-  for (std::size_t k = 0; k < std::min(entries.size(), model_.tractions.size()); ++k) {
-    const auto members = static_cast<std::size_t>(team_.size());
-    std::vector<std::vector<Column>> to(members);
-    std::vector<std::size_t> room(members, 1 << 12);  // until equal ones are taken out
-    Index loaded = 0;
-    for (const Index id : model_.tractions[k].particles) {
-      const auto i = static_cast<std::size_t>(rows_.local(id));
-      const double width = width_of(i);
-      ++loaded;
-      for (int axis = 0; axis < Dim; ++axis) {
-        Column column{axis};
-        Index owner = axis;
-        for (int d = 0, n = 1; d < Dim; ++d)
-          if (d != axis) {
-            column[static_cast<std::size_t>(n)] =
-                static_cast<Index>(std::floor(p.x[i][d] / width + 1e-6));
-            owner = 31 * owner + std::abs(column[static_cast<std::size_t>(n++)]);
-          }
-        const auto member = static_cast<std::size_t>(owner % team_.size());
-        to[member].push_back(column);
-        if (to[member].size() < room[member]) continue;
-        keep_different(to[member]);
-        room[member] = std::max(room[member], 2 * to[member].size());
-      }
-    }
-    for (auto& columns : to) keep_different(columns);
-    std::vector<Column> columns = joined(team_.exchange(std::move(to)));
-    keep_different(columns);
-    loaded = team_.sum(loaded);
-    double behind = infinity;
-    for (Index axis = 0; axis < Dim; ++axis) {
-      const auto here = std::count_if(columns.begin(), columns.end(),
-                                      [&](const Column& c) { return c[0] == axis; });
-      behind = std::min(behind, static_cast<double>(loaded) /
-                                    static_cast<double>(team_.sum(static_cast<Index>(here))));
-    }
-    if (loaded == 0 || behind < most) continue;
-    in_.warning(*entries[k],
-                fmt::format("this traction is on particles that lie behind each other, {:.2g} in "
-                            "the mean: each gets it, so the load is as many times that of a "
-                            "surface",
-                            behind),
-                "give the set one row of particles, that at the surface; or divide the traction");
-  }
+  for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k)
+    if (layers_of_loads_[k] >= most)
+      in_.warning(*entries[k],
+                  fmt::format("this traction is on particles that lie behind each other, {:.2g} in "
+                              "the mean: each gets it, so the load is as many times that of a "
+                              "surface",
+                              layers_of_loads_[k]),
+                  "give the set one row of particles, that at the surface; or divide the traction");
 }
 
 }  // namespace lahar

@@ -56,7 +56,7 @@ std::optional<int> ScenarioBuilder<Dim>::parts_of_cell(const JsonValue& generato
 template <int Dim>
 CutCells ScenarioBuilder<Dim>::cut_cells_of(const JsonValue& generator, const Region<Dim>& region) {
   const JsonValue* given = generator.find("cut_cells");
-  const bool exact = given ? given->as<std::string>() == "exact" : region.names_geometry();
+  const bool exact = given ? given->as<std::string>() == "exact" : region.cuts_exactly();
   if (!exact || mesh_->is_multilinear()) return exact ? CutCells::exact : CutCells::centres;
   const std::string what =
       fmt::format("cells that the region cuts have exact volumes only in meshes of {}",
@@ -76,6 +76,7 @@ NewParticles<Dim> ScenarioBuilder<Dim>::fill_region_of(const JsonValue& generato
   const auto n = parts_of_cell(generator);
   if (!n) return {};
   auto fresh = fill(generator, region, *n, cut_cells_of(generator, region));
+  fresh.parts = *n;
   const JsonValue* shape = generator.find("region");
   const Index made = team_.sum(static_cast<Index>(fresh.x.size()));
   if (shape && made > 0) warn_of_clipping(*shape, region, made);

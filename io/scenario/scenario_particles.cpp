@@ -92,7 +92,7 @@ void ScenarioBuilder<Dim>::add_particles(const JsonValue& generator, const JsonV
   ParticleTable<Dim>& p = model_.particles;
   const Index first = rows_.total(), own = p.size();
   rows_.append(static_cast<Index>(fresh.x.size()), team_);
-  if (rows_.total() > first) generators_.push_back({&generator, first, rows_.total()});
+  if (rows_.total() > first) generators_.push_back({&generator, first, rows_.total(), fresh.parts});
   const auto append = [](auto& to, auto& from) {
     if (to.empty())
       to = std::move(from);

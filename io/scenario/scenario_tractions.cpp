@@ -10,10 +10,21 @@
 
 namespace lahar {
 
+// Particles that fill a region are parts of cells. What a cut leaves of a part has the part's
+// edges: the cut is the surface, or it is beside it. Other particles are like their cells.
 template <int Dim>
-double ScenarioBuilder<Dim>::width_of(std::size_t i) const {
+Vec<Dim> ScenarioBuilder<Dim>::edges_of(Index id) const {
+  const auto i = static_cast<std::size_t>(rows_.local(id));
   const auto& p = model_.particles;
-  return std::pow(p.volume[i] / depth_at(model_.analysis, p.x[i][0]), 1.0 / Dim);
+  const double area = p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
+  if (!of_boxes_) return Vec<Dim>::Constant(std::pow(area, 1.0 / Dim));
+  const Vec<Dim> cell = outer_cell();
+  const auto made = std::upper_bound(generators_.begin(), generators_.end(), id,
+                                     [](Index row, const GeneratorRows& g) { return row < g.end; });
+  if (mesh_->is_structured() && made != generators_.end() && made->parts > 0 &&
+      !section("mesh").find("particles_volumes"))
+    return cell / made->parts;
+  return cell * std::pow(area / cell.prod(), 1.0 / Dim);
 }
 
 template <int Dim>
@@ -35,8 +46,7 @@ namespace {
 /// A particle with a traction.
 template <int Dim>
 struct Loaded {
-  std::array<double, static_cast<std::size_t>(Dim)> x;  ///< [m]
-  double width;                                         ///< [m]
+  std::array<double, static_cast<std::size_t>(Dim)> x, edges;  ///< [m]
 };
 
 /// Which of the loaded particles have others at their lower and at their upper side along an axis.
@@ -45,7 +55,8 @@ class Neighbours {
  public:
   Neighbours(std::vector<Loaded<Dim>> loaded, int axis)
       : loaded_(std::move(loaded)), axis_(axis), sides_(2 * loaded_.size(), 0.0) {
-    for (const Loaded<Dim>& one : loaded_) widest_ = std::max(widest_, one.width);
+    for (const Loaded<Dim>& one : loaded_)
+      for (std::size_t d = 0; d < Dim; ++d) widest_[d] = std::max(widest_[d], one.edges[d]);
     for (std::size_t i = 0; i < loaded_.size(); ++i) {
       const Place place = place_of(loaded_[i].x.data());
       in_[key_of(place)].push_back(i);
@@ -77,11 +88,12 @@ class Neighbours {
  private:
   using Place = std::array<Index, static_cast<std::size_t>(Dim)>;
 
-  /// Boxes as wide as the widest particle that may be neighbours.
+  /// Boxes with the longest edges of particles, of which particles may be neighbours.
   Index reach(std::size_t d) const { return static_cast<int>(d) == axis_ ? 2 : 1; }
   Place place_of(const double* x) const {
     Place place;
-    for (std::size_t d = 0; d < Dim; ++d) place[d] = static_cast<Index>(std::floor(x[d] / widest_));
+    for (std::size_t d = 0; d < Dim; ++d)
+      place[d] = static_cast<Index>(std::floor(x[d] / widest_[d]));
     return place;
   }
   static std::size_t key_of(const Place& place) {
@@ -90,12 +102,11 @@ class Neighbours {
     return key;
   }
   void compare(std::size_t one, const Vec<Dim>& x) {
-    constexpr double beside = 0.75, nearest = 0.5, furthest = 1.5;  // widths
+    constexpr double beside = 0.75, nearest = 0.5, furthest = 1.5;  // edges
     double along = 0;
-    for (int d = 0; d < Dim; ++d) {
-      const double distance =
-          (x[d] - loaded_[one].x[static_cast<std::size_t>(d)]) / loaded_[one].width;
-      if (d == axis_)
+    for (std::size_t d = 0; d < Dim; ++d) {
+      const double distance = (x[static_cast<int>(d)] - loaded_[one].x[d]) / loaded_[one].edges[d];
+      if (static_cast<int>(d) == axis_)
         along = distance;
       else if (std::abs(distance) > beside)
         return;
@@ -107,18 +118,85 @@ class Neighbours {
   std::vector<Loaded<Dim>> loaded_;
   int axis_;
   std::vector<double> sides_;
-  double widest_ = 0;
+  std::array<double, static_cast<std::size_t>(Dim)> widest_{};
   std::unordered_map<std::size_t, std::vector<std::size_t>> in_;
   Place low_{}, high_{};
 };
 
+template <class T>
+void keep_different(std::vector<T>& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
 }  // namespace
+
+// Looking along the axis of the surface, the particles of a traction lie in the fewest layers.
+template <int Dim>
+void ScenarioBuilder<Dim>::find_loaded_surfaces() {
+  constexpr double one_layer = 1.5;                                 // in the mean
+  using Column = std::array<Index, static_cast<std::size_t>(Dim)>;  // its axis, places across it
+  auto& p = model_.particles;
+  if (model_.tractions.empty() || !mesh_) return;
+  of_boxes_ = !in_.cbgeo_defaults && !team_.any(!mesh_->is_cartesian());
+  layers_of_loads_.assign(model_.tractions.size(), 0.0);
+  for (std::size_t k = 0; k < model_.tractions.size(); ++k) {
+    ParticleTraction& traction = model_.tractions[k];
+    const auto members = static_cast<std::size_t>(team_.size());
+    std::vector<std::vector<Column>> to(members);
+    std::vector<std::size_t> room(members, 1 << 12);  // until equal ones are taken out
+    for (const Index id : traction.particles) {
+      const Vec<Dim> edges = edges_of(id), &x = p.x[static_cast<std::size_t>(rows_.local(id))];
+      for (int axis = 0; axis < Dim; ++axis) {
+        Column column{axis};
+        Index owner = axis;
+        for (int d = 0, n = 1; d < Dim; ++d)
+          if (d != axis) {
+            column[static_cast<std::size_t>(n)] =
+                static_cast<Index>(std::floor(x[d] / edges[d] + 1e-6));
+            owner = 31 * owner + std::abs(column[static_cast<std::size_t>(n++)]);
+          }
+        const auto member = static_cast<std::size_t>(owner % team_.size());
+        to[member].push_back(column);
+        if (to[member].size() < room[member]) continue;
+        keep_different(to[member]);
+        room[member] = std::max(room[member], 2 * to[member].size());
+      }
+    }
+    for (auto& columns : to) keep_different(columns);
+    std::vector<Column> columns = joined(team_.exchange(std::move(to)));
+    keep_different(columns);
+    const Index loaded = team_.sum(static_cast<Index>(traction.particles.size()));
+    if (loaded == 0) continue;
+    std::array<double, static_cast<std::size_t>(Dim)> layers{};
+    for (Index axis = 0; axis < Dim; ++axis) {
+      const auto here = std::count_if(columns.begin(), columns.end(),
+                                      [&](const Column& c) { return c[0] == axis; });
+      layers[static_cast<std::size_t>(axis)] =
+          static_cast<double>(loaded) / static_cast<double>(team_.sum(static_cast<Index>(here)));
+    }
+    const auto least = std::min_element(layers.begin(), layers.end());
+    layers_of_loads_[k] = *least;
+    if (in_.cbgeo_defaults) continue;
+    const bool is_along = layers[static_cast<std::size_t>(traction.dir)] > one_layer;
+    traction.axis =
+        is_along && *least < one_layer ? static_cast<int>(least - layers.begin()) : traction.dir;
+  }
+}
 
 // A traction acts at the side of a particle that has no neighbour, if the opposite side has one. A
 // traction along the surface, such as shear, acts at the centre.
 template <int Dim>
 void ScenarioBuilder<Dim>::place_tractions() {
   constexpr double least = 0.5;  // of the particles of a traction that have a side
+  if (of_boxes_) {
+    auto& edges = model_.particles.edges;
+    edges.resize(model_.particles.x.size());
+    for (const ParticleTraction& traction : model_.tractions)
+      for (const Index id : traction.particles)
+        std::copy_n(edges_of(id).data(), Dim,
+                    edges[static_cast<std::size_t>(rows_.local(id))].begin());
+  }
   // Splines reach nodes beyond the surface that have next to no mass, and would shake.
   const ShapeFunctions functions = model_.analysis.functions;
   if (in_.cbgeo_defaults || functions == ShapeFunctions::quadratic_spline ||
@@ -135,7 +213,7 @@ void ScenarioBuilder<Dim>::place_tractions() {
         const auto i = static_cast<std::size_t>(rows_.local(id));
         Loaded<Dim>& one = own.emplace_back();
         std::copy_n(p.x[i].data(), Dim, one.x.begin());
-        one.width = width_of(i);
+        std::copy_n(edges_of(id).data(), Dim, one.edges.begin());
       }
     const auto shares = team_.gather(own);
     if (joined(shares).empty()) continue;
@@ -154,8 +232,9 @@ void ScenarioBuilder<Dim>::place_tractions() {
         static_cast<double>(with_side) < least * static_cast<double>(sides.size() / 2))
       continue;
     for (const int side : {-1, 0, 1}) {
-      ParticleTraction part{
-          {}, traction.dir, traction.traction, traction.function, false, traction.on_liquid, side};
+      ParticleTraction part = traction;
+      part.particles.clear();
+      part.side = side;
       for (std::size_t k = 0; k < own.size(); ++k)
         if (side_of(first + k) == side) part.particles.push_back(traction.particles[k]);
       if (team_.any(!part.particles.empty())) parts[t].push_back(std::move(part));

@@ -72,9 +72,11 @@ const Section& generator_section() {
           "`file` reads positions; `gauss` puts particles at the Gauss points of cells; `region` "
           "fills a region with equally spaced particles; `inject` adds particles during the run. "
           "At the beginning of every step in `duration`, each empty cell of the set gets particles "
-          "at its Gauss points. These particles share the cell's volume. Particle ids continue "
-          "from one generator to the next. Ids of injected particles continue from these, step by "
-          "step.",
+          "at its Gauss points. These particles share what flows into the cell with `velocity` "
+          "until "
+          "the last of them has left it: the flow is density * area * velocity. (CB-Geo MPM: they "
+          "share the cell's volume.) Particle ids continue from one generator to the next. Ids of "
+          "injected particles continue from these, step by step.",
       .discriminator = "type",
       .keys = {
           {.key = "type",
@@ -145,7 +147,7 @@ const Section& generator_section() {
                    "as a whole if its centre is inside. `exact`: the particle has the volume that "
                    "lies inside, and is in its centroid; a part with less than a tenth of its "
                    "volume inside gives it to a neighbour in the cell. Default: `exact` if the "
-                   "region names a shape of `geometry`, else `centres`",
+                   "region has a polygon or names a shape of `geometry`, else `centres`",
            .allowed = {"exact", "centres"},
            .only = {"region"},
            .native = true},
@@ -259,12 +261,13 @@ const Section& traction_section() {
       .name = "a surface traction",
       .path = "external_loading_conditions.particle_surface_traction[]",
       .help =
-          "Force on each particle of a set: traction * function(t) * volume / size, where size is "
-          "the initial volume to the power 1/dim. It acts half a size from the centre of particles "
-          "that have others at one side along the direction, and none at the other; with "
-          "analysis.preset \"cbgeo\" and with splines at the centre. The last traction for a "
-          "particle and direction "
-          "wins.",
+          "Force on each particle of a set: traction * function(t) * area. The area is that of the "
+          "particle's face at the beginning, and stays; rings grow with their radius. The face is "
+          "across the axis along which the particles of the set are one layer. The force acts at "
+          "the side of particles that have others at one side along the direction, and none at "
+          "the other; with splines at the centre. With analysis.preset \"cbgeo\" it acts at the "
+          "centre, and the area is volume / size, where size is the initial volume to the power "
+          "1/dim. The last traction for a particle and direction wins.",
       .keys = {
           {.key = "pset_id",
            .kinds = id,

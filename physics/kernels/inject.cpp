@@ -70,7 +70,8 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
     to.material[i] = source.material;
     to.row(Column::volume)[p] = volume;
     to.row(Column::mass)[p] = volume * model.materials[source.material].density;
-    if (has_size) to.row(Column::size)[p] = std::pow(at.volume, 1.0 / Dim);
+    for (int d = 0; has_size && d < Dim; ++d)
+      to.row(Column::size, d)[p] = std::pow(at.volume, 1.0 / Dim);
     for (int d = 0; d < Dim; ++d) {
       to.row(Column::x, d)[p] = x[d];
       to.row(Column::v, d)[p] = source.velocity[d];

@@ -75,7 +75,7 @@ void map_momentum(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 template <int Dim, class Real = Pack>
 void map_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// f_i += -sum_p V_p sigma_p grad N_i + sum_p N_i t_p V_p / size_p (traction); of axisymmetric
+/// f_i += -sum_p V_p sigma_p grad N_i + sum_p N_i t_p area_p (traction); of axisymmetric
 /// models also the forces of ring.h.
 template <int Dim, class Real = Pack>
 void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);

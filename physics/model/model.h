@@ -100,8 +100,8 @@ void for_each_list(const NodeConditions<Dim>& one, NodeConditions<Dim>& other, a
   for_each_condition([&]<class T>() { visit(entries_of<T>(one), entries_of<T>(other)); });
 }
 
-/// Traction on particles: force = traction(t) * volume / size, size = initial volume^(1/Dim). With
-/// a liquid in pores it acts on both phases together, or on the liquid alone.
+/// Traction on particles: force = traction(t) * area, that of the particle's faces across `axis` at
+/// the beginning. With a liquid in pores it acts on both phases together, or on the liquid alone.
 struct ParticleTraction {
   std::vector<Index> particles;  ///< particle ids, ascending; those of ParticleTable alone
   int dir;
@@ -112,6 +112,9 @@ struct ParticleTraction {
   /// Where it acts along `dir`: at the side of the particle with more (1) or less (-1) of this
   /// coordinate, or at its centre (0), as in CB-Geo MPM.
   int side = 0;
+  /// Across the surface. -1: the area is volume / size, size = initial volume^(1/Dim), as in CB-Geo
+  /// MPM.
+  int axis = -1;
 };
 
 /// Prescribed velocity component of particles, applied at the end of G2P.
@@ -136,6 +139,8 @@ struct ParticleTable {
   std::vector<Voigt> stress;            ///< [Pa], effective where pores hold a liquid; empty = zero
   std::vector<double> pore_pressure;    ///< [Pa]; empty = zero
   std::vector<double> reach;  ///< [m] to the surface of what they are part of; 0, empty = unknown
+  /// [m] edges, of particles with tractions; 0, empty = equal ones, of their volume.
+  std::vector<std::array<double, Dim>> edges;
   // What particles of an earlier run bring with them.
   std::vector<Vec<Dim>> displacement;     ///< [m]; empty = zero
   std::vector<Vec<Dim>> liquid_velocity;  ///< [m/s] of the liquid in pores; empty = as `velocity`
@@ -158,6 +163,7 @@ struct ParticleTable {
     visit(stress);
     visit(pore_pressure);
     visit(reach);
+    visit(edges);
     visit(displacement);
     visit(liquid_velocity);
     visit(strain);

@@ -23,7 +23,7 @@ enum class Column : int {
   strain,         ///< engineering shear; 2D: xx yy xy
   volume,         ///< present volume
   mass,           ///< mass
-  size,           ///< initial volume^(1/Dim), for tractions
+  size,           ///< edges at the beginning, for tractions
   state,          ///< state variables of the law; the model says how many
   domain,         ///< GIMP: edges of the particle's box
   affine,         ///< APIC and TPIC: dv_a/dx_b, row by row
@@ -89,7 +89,7 @@ inline constexpr auto column_table = std::to_array<ColumnInfo>({
     {Column::strain,        "strain",          "-",     3,  6, true,  &ColumnNeeds::strain},
     {Column::volume,        "volume",          "m^3",   1,  1, true},
     {Column::mass,          "mass",            "kg",    1,  1, true},
-    {Column::size,          "size",            "m",     1,  1, false, &ColumnNeeds::size},
+    {Column::size,          "size",            "m",     2,  3, false, &ColumnNeeds::size},
     {Column::state,         "state",           "",      0,  0, true},
     {Column::domain,        "domain",          "m",     2,  3, true,  &ColumnNeeds::domain},
     {Column::affine,        "affine",          "1/s",   4,  9, false, &ColumnNeeds::affine},

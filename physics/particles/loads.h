@@ -84,9 +84,21 @@ struct SurfaceForce {
   }
 };
 
-/// All tractions on particle p: traction(t) * volume / size, size = initial volume^(1/Dim), volume
-/// the present one (CB-Geo MPM). Of several for a direction the last wins. They act half a size
-/// from the centre: forces at centres would be an error of stress in the rows beside a surface.
+/// The area on which a traction acts on particle p [m^2; m per m of depth, of rings the whole one].
+/// It does not follow how the particle deforms, but for the radius of rings: a load stays the load
+/// that it was. That of CB-Geo MPM does, by the present volume over the initial size.
+template <int Dim>
+double loaded_area(const Particles<Dim>& particles, Local p, const ParticleTraction& one,
+                   const Analysis& analysis) {
+  if (one.axis < 0) return particles.row(Column::volume)[p] / particles.row(Column::size)[p];
+  double area = depth_at(analysis, particles.row(Column::x)[p]);
+  for (int d = 0; d < Dim; ++d)
+    if (d != one.axis) area *= particles.row(Column::size, d)[p];
+  return area;
+}
+
+/// All tractions on particle p. Of several for a direction the last wins. They act at the side of
+/// the particle: forces at centres would be an error of stress in the rows beside a surface.
 template <int Dim>
 SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
                               const StepContext<Dim>& step, bool on_liquid = false) {
@@ -98,10 +110,9 @@ SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
   for (std::size_t k = 0; k < tractions.size(); ++k) {
     const ParticleTraction& one = tractions[k];
     if (!(bits >> k & 1) || one.on_liquid != on_liquid) continue;
-    const double size = particles.row(Column::size)[p];
-    all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) *
-                         particles.row(Column::volume)[p] / size;
-    all.offset[one.dir] = 0.5 * one.side * size;
+    const double area = loaded_area(particles, p, one, step.model->analysis);
+    all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) * area;
+    all.offset[one.dir] = 0.5 * one.side * particles.row(Column::volume)[p] / area;
   }
   return all;
 }

@@ -30,7 +30,7 @@ template <int Dim>
 std::vector<ParticleLoads> memberships(const std::vector<const ParticleGroup<Dim>*>& groups) {
   std::vector<ParticleLoads> all;
   for (std::size_t k = 0; k < groups.size(); ++k)
-    for (const Index id : groups[k]->members) all.push_back({id, std::uint64_t{1} << k});
+    for (const Index id : groups[k]->members) all.push_back({id, std::uint64_t{1} << k, {}});
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
   std::vector<ParticleLoads> merged;
   for (const ParticleLoads& one : all)
@@ -154,7 +154,7 @@ class Changer {
     std::uint64_t groups = 0;
     if (const auto at = members_.find(particles.id[static_cast<std::size_t>(p)]);
         at != members_.end())
-      groups = at->second;
+      groups = at->second.loads;
     Vec<Dim> x;
     for (int d = 0; d < Dim; ++d) x[d] = particles.row(Column::x, d)[p];
     for (std::size_t k = 0; k < groups_.size(); ++k)

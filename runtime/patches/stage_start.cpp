@@ -105,7 +105,11 @@ template <int Dim>
 std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>& particles) {
   std::vector<ParticleLoads> some;
   for (std::size_t row = 0; row < particles.loads.size(); ++row)
-    if (particles.loads[row] != 0) some.push_back({particles.id_of(row), particles.loads[row]});
+    if (particles.loads[row] != 0) {
+      some.push_back({particles.id_of(row), particles.loads[row], {}});
+      if (!particles.edges.empty())
+        std::copy_n(particles.edges[row].begin(), Dim, some.back().edges.begin());
+    }
   return some;
 }
 
@@ -122,7 +126,10 @@ ParticleMarks marks_of(std::span<const std::unique_ptr<Patch<Dim>>> patches,
     told[static_cast<std::size_t>(one.id) % size].push_back(one);
   ParticleMarks known;
   for (const auto& part : ranks.exchange(told))
-    for (const ParticleLoads& one : part) known[one.id] |= one.loads;
+    for (const ParticleLoads& one : part) {
+      const auto [at, is_new] = known.try_emplace(one.id, one);
+      if (!is_new) at.value().loads |= one.loads;
+    }
   std::vector<std::vector<Index>> asked(size);
   for (const auto& patch : patches)
     for (const ParticleBin& bin : patch->bins)
@@ -133,10 +140,10 @@ ParticleMarks marks_of(std::span<const std::unique_ptr<Patch<Dim>>> patches,
   for (const auto& part : ranks.exchange(asked)) {
     auto& answer = answers.emplace_back();
     for (const Index id : part)
-      if (const auto at = known.find(id); at != known.end()) answer.push_back({id, at->second});
+      if (const auto at = known.find(id); at != known.end()) answer.push_back(at->second);
   }
   for (const auto& part : ranks.exchange(answers))
-    for (const ParticleLoads& one : part) own[one.id] = one.loads;
+    for (const ParticleLoads& one : part) own[one.id] = one;
   return own;
 }
 
@@ -153,8 +160,11 @@ void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
         if (at == own.end()) continue;
         auto& of_patch = patch->particles.loads;
         if (of_patch.empty()) of_patch.assign(patch->particles.id.size(), 0);
-        of_patch[p] = at->second;
+        of_patch[p] = at->second.loads;
         bin.loaded = true;
+        for (int d = 0; d < Dim; ++d)
+          if (const double edge = at->second.edges[static_cast<std::size_t>(d)]; edge > 0)
+            patch->particles.row(Column::size, d)[p] = edge;
       }
 }
 

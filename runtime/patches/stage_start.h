@@ -3,6 +3,7 @@
 
 #include <tsl/robin_map.h>
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -23,18 +24,19 @@ template <int Dim>
 std::vector<std::byte> state_for(StateUse use, std::vector<std::byte> state,
                                  const std::string& columns, const ColumnLayout<Dim>& layout);
 
-/// The loads of a particle, as Particles::loads.
+/// The loads of a particle, as Particles::loads, and its edges, as ParticleTable::edges.
 struct ParticleLoads {
   Index id;
   std::uint64_t loads;
+  std::array<double, 3> edges{};
 };
 
 /// The loads of a table's particles. Particles without loads are left out.
 template <int Dim>
 std::vector<ParticleLoads> loads_in(const ParticleTable<Dim>& particles);
 
-/// Bits by particle.
-using ParticleMarks = tsl::robin_map<Index, std::uint64_t>;
+/// By particle.
+using ParticleMarks = tsl::robin_map<Index, ParticleLoads>;
 
 /// Of the particles in these patches, which some rank knows. Collective.
 template <int Dim>

@@ -65,6 +65,69 @@ TEST_CASE("tractions: all rows of a column have the stress of the load on its to
   CHECK(error_of_stress("gimp", quasi_static) < 1e-6);
 }
 
+TEST_CASE(
+    "tractions: the load is that of the surface, in cells of any shape and where they are cut") {
+  struct Column {
+    double width, height;  ///< of cells [m]
+    double top;            ///< of the column [m]
+    const char* law;
+    double load;  ///< [Pa]
+  };
+  const char* const stiff = R"("type": "LinearElastic", "youngs_modulus": 1e9)";
+  const char* const rubber = R"("type": "NeoHookean", "youngs_modulus": 1e5)";
+  for (const Column& c :
+       {Column{0.1, 0.1, 1.0, stiff, -1e5}, Column{0.2, 0.1, 1.0, stiff, -1e5},
+        Column{0.05, 0.1, 1.0, stiff, -1e5}, Column{0.1, 0.1, 0.968, stiff, -1e5},
+        Column{0.1, 0.1, 0.985, stiff, -1e5}, Column{0.1, 0.1, 1.0, rubber, 2e4}}) {
+    CAPTURE(c.width);
+    CAPTURE(c.top);
+    CAPTURE(c.law);
+    Simulation simulation(model_of_text<2>(fmt::format(
+        R"({{"mesh": {{"structured": {{"cell_size": [{0}, {1}], "counts": [1, 16]}},
+          "boundary_conditions": {{"velocity_constraints": [
+            {{"nset": -1, "dir": "x", "velocity": 0}}, {{"nset": "base", "dir": "y", "velocity": 0}}]}}}},
+        "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}},
+                 "particles": {{"top": {{"half_space": {{"point": [0, 0.95], "normal": [0, -1]}}}}}}}},
+        "materials": [{{{3}, "name": "m", "density": 1000, "poisson_ratio": 0}}],
+        "particles": [{{"generator": {{"type": "region", "material": "m", "per_cell": 2,
+          "cut_cells": "exact", "region": {{"box": {{"min": [0, 0], "max": [{0}, {2}]}}}}}}}}],
+        "external_loading_conditions": {{"particle_surface_traction": [
+          {{"pset": "top", "dir": "y", "traction": {4}}}]}},
+        "analysis": {{"preset": "lahar", "mpm_scheme": "newmark", "shape_functions": "element",
+          "scheme_settings": {{"quasi_static": true}}, "dt": 0.1, "nsteps": 1}}}})",
+        c.width, c.height, c.top, c.law, c.load)));
+    simulation.run();
+    const State state(simulation.frame());
+    // Above the first cell nothing but the load is pulled or pushed by it.
+    const auto low = [&](Index p) { return state.x(p, 1) < c.height; };
+    const double stress = mean(state, low, [&](Index p) { return state.get("stress", p, 1); });
+    CHECK(stress == doctest::Approx(c.load).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("tractions: along a surface they act on its area, not on that across them") {
+  // A block of cells that are twice as long as high is sheared by its upper side.
+  Simulation simulation(model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": [0.2, 0.1], "counts": [7, 6]},
+      "boundary_conditions": {"velocity_constraints": [
+        {"nset": "base", "dir": "x", "velocity": 0}, {"nset": "base", "dir": "y", "velocity": 0}]}},
+    "sets": {"nodes": {"base": {"half_space": {"point": [0, 0], "normal": [0, 1]}}},
+             "particles": {"top": {"half_space": {"point": [0, 0.45], "normal": [0, -1]}}}},
+    "materials": [{"name": "m", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e9,
+                   "poisson_ratio": 0.2}],
+    "particles": [{"generator": {"type": "region", "material": "m", "per_cell": 2,
+      "region": {"box": {"min": [0.2, 0], "max": [1.2, 0.5]}}}}],
+    "external_loading_conditions": {"particle_surface_traction": [
+      {"pset": "top", "dir": "x", "traction": 1000}]},
+    "analysis": {"preset": "lahar", "mpm_scheme": "newmark", "shape_functions": "element",
+      "scheme_settings": {"quasi_static": true}, "dt": 0.1, "nsteps": 1}})"));
+  simulation.run();
+  const State state(simulation.frame());
+  const auto low = [&](Index p) { return state.x(p, 1) < 0.1; };  // the cells on the base
+  const double stress = mean(state, low, [&](Index p) { return state.get("stress", p, 3); });
+  CHECK(stress == doctest::Approx(1000).epsilon(1e-6));
+}
+
 TEST_CASE("tractions: their work is the energy of the column that they shake") {
   for (const char* functions : {"element", "gimp", "cpdi"}) {
     CAPTURE(functions);

@@ -191,5 +191,5 @@ TEST_CASE("columns that a model does not need take no memory") {
     CHECK(!least.has(c));
   CHECK(least.rows() == 2 + 2 + 2 + 4 + 1 + 1);
   const ColumnLayout<3> most({.size = true, .state = 3, .natural = true, .strain = true});
-  CHECK(most.rows() == 3 + 3 + 3 + 3 + 6 + 6 + 1 + 1 + 1 + 3);
+  CHECK(most.rows() == 3 + 3 + 3 + 3 + 6 + 6 + 1 + 1 + 3 + 3);
 }
