@@ -182,7 +182,7 @@ bool ScenarioBuilder<Dim>::is_of_elastic_bodies() const {
 
 // What relaxes noise whatever the stiffness, and a viscosity that does not depend on the cells: a
 // run-out then does not either, where they are fine enough for the viscosity to rule. Grains that
-// part and meet again make noise for which a filter of order 3 needs half of that viscosity.
+// part and meet again make noise for which a filter of order 3 needs hardly any viscosity.
 // Particles that cross cells make noise with functions of elements: these need more of both.
 // Relaxation of order 1 goes with the speed of waves and is a viscosity, too. It has a limit for
 // materials that flow: else water with its own modulus and stiff clay would be too viscous.
@@ -221,7 +221,9 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
     const double h = outer_cell().minCoeff();
     const double added =
         *relaxation_ * c * h * smoothing(model_.analysis.functions, info(mesh_->element()).order);
-    if (own > viscous_share * added)
+    if (!(added > 0))
+      relaxation_ = 0.0;  // a projection without gravity: there are no waves to relax
+    else if (own > viscous_share * added)
       *relaxation_ *= std::max(added - own, std::min(added, beside * own)) / added;
   }
   const auto setting = [&](double value) {
@@ -236,7 +238,7 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   }
   JsonValue::Object settings{{"relaxation", analysis->offset, setting(*relaxation_)}};
   if (depth > 0) {
-    const double share = of_grains ? 0.003 : smooth ? 0.0075 : 0.015;
+    const double share = of_grains ? 0.0005 : smooth ? 0.0075 : 0.015;
     viscosity_ = share * std::sqrt(model_.gravity.norm() * std::pow(depth, 3));
     settings.push_back({"viscosity", analysis->offset, setting(*viscosity_)});
   }
