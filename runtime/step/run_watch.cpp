@@ -73,10 +73,11 @@ void RunWatch<Dim>::warn_of_lost_bodies(const HistoryRow& row) {
       const double x = place[static_cast<std::size_t>(d)];
       if (lost_[k] || (x >= low[d] && x <= high[d])) continue;
       lost_[k] = true;
-      warn_(fmt::format("rigid body '{}' has left the mesh: its {} is {:.6g} m. Walls and "
-                        "constraints of nodes do not hold rigid bodies: what should hold it has to "
-                        "be a rigid body, too.",
-                        row.bodies[k].name, "xyz"[d], x));
+      warn_(
+          fmt::format("rigid body '{}' has left the mesh: its {} is {:.6g} m. Walls and "
+                      "constraints of nodes do not hold rigid bodies: what should hold it has to "
+                      "be a rigid body, too.",
+                      row.bodies[k].name, "xyz"[d], x));
     }
   }
 }
