@@ -67,10 +67,10 @@ class Run {
     writer_.write(header, state);
   }
   void finish(Simulation& simulation, RunRecord& record) {
+    writer_.finish();
+    if (writer_.last_step() != simulation.step()) keep(simulation.state());  // before it measures
+    writer_.finish();
     end_of(simulation, record);
-    writer_.finish();
-    if (writer_.last_step() != simulation.step()) keep(simulation.state());
-    writer_.finish();
     way_.ranks.wait_for_all();
     record.end_file = read_text_file(folder_ / checkpoint_name(simulation.step()));
     end_ = simulation.step();
