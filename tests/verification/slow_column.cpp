@@ -120,7 +120,7 @@ void check_plane(double a, double height_band = 0.1, double height_change = 0.05
 /// What spreads around an axis ends in a sheet that is thinner than a cell, and stops before
 /// experiments do. A cone at the angle of repose, which is the least that can be, is 40 % short and
 /// more.
-constexpr double short_around_axis = 0.3;
+constexpr double short_around_axis = 0.35;
 
 /// Run-out of columns around an axis.
 double law_around_axis(double a) {
