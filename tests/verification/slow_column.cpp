@@ -16,11 +16,11 @@
 // them).
 //
 // The grains rest at about 30 degrees. A slope of Mohr-Coulomb's law without dilation rests where
-// tan(slope) = sin(friction), not tan(friction): on planes that keep their length no more shear is
-// borne (Davis 1968). So the friction is 35.3 degrees.
+// tan(slope) = sin(friction), not tan(friction): planes that keep their length bear no more shear
+// (Davis 1968). So the friction is 35.3 degrees.
 //
 // Experiments scatter around these laws by about 10 %, which is the band here. Columns around an
-// axis end in sheets that are thinner than a cell, and are short, at any step and cell.
+// axis end in sheets that are thinner than a cell. Their run-outs are short, at any step and cell.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -46,21 +46,26 @@ constexpr double thin_layer = L0 / 100;
 /// A deposit is at rest where grains move slower than this share of sqrt(g h0), in the mean.
 constexpr double at_rest = 0.01;
 
+/// Viscosity of beads of 1 mm in place of the default one.
+constexpr const char* beads_of_1_mm =
+    R"(analysis.velocity_update_settings={"relaxation":0.03,"order":3,"viscosity_length":0.00128})";
+
 /// Sixteen cells are few for the height of a column: a = 1 runs out 8 % less than with 32 or 64.
 double first_cell(double a) {
   return a < 1.5 ? cell / 2 : cell;
 }
 
 /// `plane` as in analysis: of half a column or, around x = 0, of a cylinder.
-Numbers section(const std::string& plane, double a, const Resolution& at) {
+Numbers section(const std::string& plane, double a, const Resolution& at,
+                std::vector<std::string> changes = {}) {
   const double h = a * L0;
   // Whole L0, and half of it above the sand, are whole numbers of any cell. Experiments took 3.3
   // sqrt(h0 / g).
-  const std::vector<std::string> changes = {
-      fmt::format("mesh.structured.extent=[{},{}]", L0 * std::ceil(2.5 + 2.5 * a), h + L0 / 2),
-      fmt::format("particles.0.generator.region.box.max=[{},{}]", L0, h),
-      fmt::format("analysis.end_time={}", 8 * std::sqrt(h / g)),
-      fmt::format("analysis.plane={}", plane)};
+  changes.insert(changes.end(), {fmt::format("mesh.structured.extent=[{},{}]",
+                                             L0 * std::ceil(2.5 + 2.5 * a), h + L0 / 2),
+                                 fmt::format("particles.0.generator.region.box.max=[{},{}]", L0, h),
+                                 fmt::format("analysis.end_time={}", 8 * std::sqrt(h / g)),
+                                 fmt::format("analysis.plane={}", plane)});
   Simulation simulation(world_case<2>("sand-column.json", at, changes));
   run_to_end(simulation);
   const State end(simulation.frame());
@@ -96,16 +101,14 @@ Numbers quarter(const Resolution& at) {
 }
 
 /// What a deposit must be in any case: at rest, with all its sand, whatever the step and the cell.
-/// The changes are those by half the cell.
-void check_deposit(const Study& study, double height_change = 0.05, double run_out_change = 0.05) {
+void check_deposit(const Study& study) {
   study.stays_below("unrest", at_rest);
   study.stays_below("lost share", 0.001);
-  study.converges("run-out", 0, 0.02, run_out_change);
-  study.converges("height", 0, 0.02, height_change);
+  study.converges("run-out");
+  study.converges("height");
 }
 
-/// `height_band`, `height_change`: by experiments, and by half the cell.
-void check_plane(double a, double height_band = 0.1, double height_change = 0.05) {
+void check_plane(double a) {
   const Study study(fmt::format("plane column, a = {}", a), {fmt::format("{}", first_cell(a)), 0.2},
                     fmt::format("{}", first_cell(a) / 2),
                     [&](const Resolution& at) { return section("strain", a, at); });
@@ -113,14 +116,9 @@ void check_plane(double a, double height_band = 0.1, double height_change = 0.05
   study.agrees("run-out", a > 2.8 ? high : low, a < 1.8 ? low : high, 0.1);
   // Depths are of the mass that lies there, at the density of the start: sand that has loosened
   // stands some per cent higher.
-  study.agrees("height", std::pow(a, 0.4), height_band);
-  check_deposit(study, height_change);
+  study.agrees("height", std::pow(a, 0.4), 0.1);
+  check_deposit(study);
 }
-
-/// What spreads around an axis ends in a sheet that is thinner than a cell, and stops before
-/// experiments do. A cone at the angle of repose, which is the least that can be, is 40 % short and
-/// more.
-constexpr double short_around_axis = 0.35;
 
 /// Run-out of columns around an axis.
 double law_around_axis(double a) {
@@ -138,7 +136,7 @@ TEST_CASE("a column of sand twice as high as wide runs out as far as experiments
 }
 
 TEST_CASE("a column of sand four times as high as wide runs out as far as experiments say") {
-  check_plane(4, 0.12, 0.07);  // of sixteen cells
+  check_plane(4);
 }
 
 TEST_CASE("a cylinder of sand runs out as far as experiments and an axisymmetric model say") {
@@ -152,16 +150,30 @@ TEST_CASE("a cylinder of sand runs out as far as experiments and an axisymmetric
                         at.cell, in_3d, around));
     CHECK(in_3d == doctest::Approx(around).epsilon(0.05));
   }
-  study.agrees("run-out", law_around_axis(a), short_around_axis);
-  check_deposit(study, 0.05, 0.15);  // of ten cells, which are few
+  study.agrees("run-out", law_around_axis(a), 0.1);
+  check_deposit(study);  // of ten cells, which are few: the axisymmetric models begin with 32
 }
 
 TEST_CASE("a cylinder of sand in an axisymmetric model runs out as far as experiments say") {
   for (const double a : {0.875, 1.5}) {
     const Study study(fmt::format("axisymmetric column, a = {}", a),
-                      {fmt::format("{}", cell / 2), 0.2}, fmt::format("{}", cell / 4),
+                      {fmt::format("{}", first_cell(a)), 0.2}, fmt::format("{}", first_cell(a) / 2),
                       [&](const Resolution& at) { return section("axisymmetric", a, at); });
-    study.agrees("run-out", law_around_axis(a), short_around_axis);
-    check_deposit(study, 0.05, 0.1);
+    study.agrees("run-out", law_around_axis(a), 0.1);
+    check_deposit(study);
+  }
+}
+
+TEST_CASE("with a viscosity of grains by pressure, cylinders of sand end nearer to experiments") {
+  for (const double a : {0.875, 1.5}) {
+    const Study study(
+        fmt::format("axisymmetric column with viscosity_length, a = {}", a),
+        {fmt::format("{}", cell / 2), 0.2}, fmt::format("{}", cell / 4),
+        [&](const Resolution& at) { return section("axisymmetric", a, at, {beads_of_1_mm}); });
+    study.agrees("run-out", law_around_axis(a), 0.2);
+    study.stays_below("unrest", at_rest);
+    study.stays_below("lost share", 0.001);
+    study.converges("run-out", 0, 0.05, 0.1);  // more than is wanted: thin sheets
+    study.converges("height");
   }
 }
