@@ -48,6 +48,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_output();
   build_gauges();
   build_frame_set();
+  if (in_.problems.empty()) find_loaded_surfaces();
   warn_of_doubts();
   if (in_.problems.empty()) collect_marks();
   if (in_.problems.empty()) split_fields();

@@ -292,7 +292,7 @@ void ScenarioBuilder<Dim>::warn_of_two_velocities(
     if (place_of(counts) != place_of(other))
       first = i;
     else if (order[first] < axis_nodes_.size())
-      continue;  // the axis stays where it is: nobody has to write that
+      continue;  // by the axis, which no entry has to hold
     else if (counts.velocity != other.velocity || counts.function != other.function)
       ++lost[entry_of(order[i])];
   }

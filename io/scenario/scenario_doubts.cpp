@@ -62,7 +62,6 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_short_terrain();
   warn_of_holes();
   warn_of_cut_polygons();
-  find_loaded_surfaces();
   warn_of_thick_loads();
   warn_of_no_load();
   warn_of_fields();

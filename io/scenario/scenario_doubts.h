@@ -11,6 +11,9 @@ namespace lahar {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
+/// Particles of one layer lie behind each other by less than this, in the mean.
+inline constexpr double one_layer = 1.5;
+
 /// A generator and the rows of its particles.
 struct GeneratorRows {
   const JsonValue* generator;

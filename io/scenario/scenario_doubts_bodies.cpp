@@ -103,12 +103,10 @@ void ScenarioBuilder<Dim>::warn_of_stillness() {
                   "the normal of a half_space points to where there are no nodes of the set");
 }
 
-// What a law reads only where it softens.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_no_pressure() {
   if (in_.cbgeo_defaults || is_projection(model_.analysis)) return;
-  const auto materials = get_list(root_, "materials");
-  for (const JsonValue* material : materials)
+  for (const JsonValue* material : get_list(root_, "materials"))
     if (get_bool(*material, "incompressible").value_or(false))
       in_.warning(*material->find("incompressible"),
                   "an incompressible liquid has no pressure but in projections: nothing holds its "
@@ -117,6 +115,7 @@ void ScenarioBuilder<Dim>::warn_of_no_pressure() {
                   "\"projection\"");
 }
 
+// What a law reads only where it softens.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_softening() {
   if (in_.cbgeo_defaults) return;

@@ -359,11 +359,10 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
 // times its area.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_thick_loads() {
-  constexpr double most = 1.5;  // particles behind each other in the mean
   const auto entries =
       get_list(section("external_loading_conditions"), "particle_surface_traction");
   for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k)
-    if (layers_of_loads_[k] >= most)
+    if (layers_of_loads_[k] >= one_layer)
       in_.warning(*entries[k],
                   fmt::format("this traction is on particles that lie behind each other, {:.2g} in "
                               "the mean: each gets it, so the load is as many times that of a "

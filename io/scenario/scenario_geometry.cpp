@@ -200,26 +200,16 @@ Vec<Dim> grid_point(const typename Surface<Dim>::Axes& axes, std::size_t at) {
   return x;
 }
 
-/// With 0 where nothing is known.
-template <int Dim>
-Surface<Dim> with_zeros(const Surface<Dim>& surface) {
-  auto heights = surface.heights();
-  for (float& h : heights)
-    if (std::isnan(h)) h = 0;
-  return Surface<Dim>(surface.axes(), std::move(heights));
-}
-
 /// Whether heights of a raster there go straight on from those inside: between the edge and the
 /// first centres.
 template <int Dim>
 bool is_at_edge(const Surface<Dim>& surface, const Vec<Dim>& x) {
-  bool is_at = false;
   for (std::size_t d = 0; d < Dim - 1; ++d) {
     const auto& axis = surface.axes()[d];
     const double at = x[static_cast<int>(d)];
-    is_at = is_at || at < axis[1] || at > axis[axis.size() - 2];
+    if (at < axis[1] || at > axis[axis.size() - 2]) return true;
   }
-  return is_at;
+  return false;
 }
 
 }  // namespace
@@ -247,15 +237,21 @@ Geometry<Dim> ScenarioBuilder<Dim>::moved_surface(const JsonValue& value,
     out.surface = std::make_shared<const Surface<Dim>>(from->axes(), std::move(heights));
     return out;
   }
-  const auto given = surface_named(*by, users);
-  if (!given) return {};
-  const JsonValue* shape = root_.find("geometry")->find(by->as<std::string>());
-  const bool is_map = shape && shape->find("raster");
-  const Surface<Dim> thickness = with_zeros(*given);
+  auto thickness = surface_named(*by, users);
+  if (!thickness) return {};
+  const bool is_map = written(*root_.find("geometry")->find(by->as<std::string>()), "raster");
+  if (const auto& known = thickness->heights();
+      std::any_of(known.begin(), known.end(), [](float h) { return std::isnan(h); })) {
+    need_memory(*by, sizeof(float) * static_cast<double>(known.size()), "surfaces");
+    auto all = known;
+    std::replace_if(
+        all.begin(), all.end(), [](float h) { return std::isnan(h); }, 0.0F);
+    thickness = std::make_shared<const Surface<Dim>>(thickness->axes(), std::move(all));
+  }
   typename Surface<Dim>::Axes axes;
   std::size_t places = 1;
   for (std::size_t d = 0; d < Dim - 1; ++d) {
-    axes[d] = joined_axis(from->axes()[d], thickness.axes()[d]);
+    axes[d] = joined_axis(from->axes()[d], thickness->axes()[d]);
     places *= axes[d].size();
     if (axes[d].size() < 2) {
       in_.error(*by, "the surface and its thickness are not at the same places in plan");
@@ -266,8 +262,8 @@ Geometry<Dim> ScenarioBuilder<Dim>::moved_surface(const JsonValue& value,
   heights.resize(places);
   for (std::size_t i = 0; i < places; ++i) {
     const Vec<Dim> x = grid_point<Dim>(axes, i);
-    double t = thickness.height(x);
-    if (t < 0 && is_map && is_at_edge(thickness, x)) t = 0;
+    double t = thickness->height(x);
+    if (t < 0 && is_map && is_at_edge(*thickness, x)) t = 0;
     if (t < 0) {
       in_.error(*by,
                 fmt::format("the thickness is {} at {}", t,

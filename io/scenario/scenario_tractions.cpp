@@ -10,8 +10,9 @@
 
 namespace lahar {
 
-// Particles that fill a region are parts of cells. What a cut leaves of a part has the part's
-// edges: the cut is the surface, or it is beside it. Other particles are like their cells.
+// A particle that fills a region is a part of a cell, and has the edges of the whole part also
+// where the region's surface cuts it. Other particles have the shape of their cells, and their own
+// volume.
 template <int Dim>
 Vec<Dim> ScenarioBuilder<Dim>::edges_of(Index id) const {
   const auto i = static_cast<std::size_t>(rows_.local(id));
@@ -88,7 +89,7 @@ class Neighbours {
  private:
   using Place = std::array<Index, static_cast<std::size_t>(Dim)>;
 
-  /// Boxes with the longest edges of particles, of which particles may be neighbours.
+  /// How many boxes away a neighbour may be. A box has the longest edges of all loaded particles.
   Index reach(std::size_t d) const { return static_cast<int>(d) == axis_ ? 2 : 1; }
   Place place_of(const double* x) const {
     Place place;
@@ -134,7 +135,6 @@ void keep_different(std::vector<T>& values) {
 // Looking along the axis of the surface, the particles of a traction lie in the fewest layers.
 template <int Dim>
 void ScenarioBuilder<Dim>::find_loaded_surfaces() {
-  constexpr double one_layer = 1.5;                                 // in the mean
   using Column = std::array<Index, static_cast<std::size_t>(Dim)>;  // its axis, places across it
   auto& p = model_.particles;
   if (model_.tractions.empty() || !mesh_) return;

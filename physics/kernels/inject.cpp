@@ -66,13 +66,13 @@ void make_particles(const InjectionCell& at, const Patch<Dim>& patch, const Step
     const auto i = static_cast<std::size_t>(p);
     const Vec<Dim>& x = patch.injection_points[at.first_point + i];
     const double depth = depth_at(model.analysis, x[0]), volume = at.volume * depth;
+    const double edge = std::pow(at.volume, 1.0 / Dim);
     to.id[i] = counts.id(step.step, at.event, p);
     to.material[i] = source.material;
     to.row(Column::volume)[p] = volume;
     to.row(Column::mass)[p] = volume * model.materials[source.material].density;
-    for (int d = 0; has_size && d < Dim; ++d)
-      to.row(Column::size, d)[p] = std::pow(at.volume, 1.0 / Dim);
     for (int d = 0; d < Dim; ++d) {
+      if (has_size) to.row(Column::size, d)[p] = edge;
       to.row(Column::x, d)[p] = x[d];
       to.row(Column::v, d)[p] = source.velocity[d];
       if (has_liquid) to.row(Column::liquid_v, d)[p] = source.velocity[d];

@@ -23,13 +23,13 @@ constexpr double most_share = 1.5;     ///< of m / dt^2 that k may be
 /// A particle where it will be at the end of the step.
 template <int Dim>
 struct Touching {
-  Vec<Dim> x, move;                 ///< [m]; the second since the beginning
-  double dt;                        ///< [s]
-  double mass;                      ///< [kg]
-  double depth;                     ///< [m] of the model there: depth_at()
-  double area, reach;               ///< [m^2] of its surface, [m]
-  double sticky_row, sticky_layer;  ///< [m^2] where cohesion acts
-  double stiffness, damping;        ///< k, c
+  Vec<Dim> x, move;           ///< [m]; the second since the beginning
+  double dt;                  ///< [s]
+  double mass;                ///< [kg]
+  double depth;               ///< [m] of the model there: depth_at()
+  double section, h;          ///< [m^Dim] volume over depth; [m] of the cell
+  double area, reach;         ///< [m^2] of its surface, [m]
+  double stiffness, damping;  ///< k, c
 };
 
 /// What contact does to a particle.
@@ -94,9 +94,20 @@ unsigned which_are_away(const TouchingPack<Dim>& at, unsigned bits, const Bodies
   return bits;
 }
 
-/// A normal with a component above this lies along an axis: rows of particles are along the
-/// surface.
-constexpr double row_cosine = 0.99;
+/// The area on which cohesion with a surface of this normal acts [m^2]. It counts once, but
+/// particles may touch that lie behind others. Where rows of particles lie along the surface the
+/// first row has all of it: particles that reach no further than half of their size, or half of
+/// that with a merged sliver. Where the surface cuts rows, those touch that lie in a layer as thick
+/// as a particle: the area is their volume over this thickness.
+template <int Dim>
+double sticky_area(const Touching<Dim>& p, const Vec<Dim>& normal) {
+  constexpr double along_axis = 0.99, with_sliver = 1.1, whole = 0.95;
+  const double edge = std::pow(p.section, 1.0 / Dim);
+  const double reach = p.reach / (0.5 * edge);
+  if (normal.cwiseAbs().maxCoeff() > along_axis) return reach <= with_sliver ? p.area : 0.0;
+  const double thickness = reach < whole ? std::max(edge, 0.5 * p.h) : edge;
+  return p.depth * p.section / thickness;
+}
 
 /// Contact of a particle with body k, which is nearest to it as `near` says. `rest` is what is left
 /// of the shear of the step before: each body takes the part along its surface, as far as friction
@@ -116,9 +127,8 @@ void touch(const Touching<Dim>& p, const Bodies<Dim>& bodies, std::size_t k,
   const double spring = -p.stiffness * gap;
   const double push = std::max(0.0, spring + p.damping / p.dt * closing);
   Vec<Dim> shear = rest - rest.dot(near.normal) * near.normal - p.stiffness * slip;
-  const bool along_row = near.normal.cwiseAbs().maxCoeff() > row_cosine;
-  const double sticky = along_row ? p.sticky_row : p.sticky_layer;
-  const double most = push > 0 ? body.friction * push + body.cohesion * sticky : 0.0;
+  const double held = body.cohesion > 0 ? body.cohesion * sticky_area(p, near.normal) : 0.0;
+  const double most = push > 0 ? body.friction * push + held : 0.0;
   if (!reactions) add_stiffness<Dim>(all, body, p.stiffness, near.normal, shear, most);
   const double size = shear.norm();
   if (size > most) {
@@ -198,24 +208,6 @@ double contact_area(double volume, double reach, double h) {
   return std::max(of_box, std::min(0.5 * volume / reach, std::pow(0.5 * h, Dim - 1)));
 }
 
-/// Cohesion acts on the area of a surface once, but particles may touch that lie behind others.
-/// Where rows of particles lie along the surface the first row has all of it: particles that reach
-/// no further than half of their size, or half of that with a merged sliver.
-template <int Dim>
-bool is_in_first_row(double volume, double reach) {
-  constexpr double with_sliver = 1.1;
-  return reach <= with_sliver * 0.5 * std::pow(volume, 1.0 / Dim);
-}
-
-/// Where the surface cuts rows, those touch that lie in a layer as thick as a particle: the area is
-/// their volume over this thickness.
-template <int Dim>
-double area_in_layer(double volume, double reach, double h) {
-  const double edge = std::pow(volume, 1.0 / Dim);
-  const bool is_cut = reach < 0.475 * edge;
-  return volume / (is_cut ? std::max(edge, 0.5 * h) : edge);
-}
-
 /// A particle at the beginning of a step.
 template <int Dim>
 void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bin, Local p,
@@ -235,10 +227,9 @@ void move_with_step(Touching<Dim>& p, const ContactBin& bin, const Vec<Dim>& mov
   p.x += move;
   p.move = move;
   p.dt = dt;
-  const double section = p.mass / (bin.density * p.depth);
-  p.area = p.depth * contact_area<Dim>(section, p.reach, bin.h);
-  p.sticky_row = is_in_first_row<Dim>(section, p.reach) ? p.area : 0.0;
-  p.sticky_layer = p.depth * area_in_layer<Dim>(section, p.reach, bin.h);
+  p.section = p.mass / (bin.density * p.depth);
+  p.h = bin.h;
+  p.area = p.depth * contact_area<Dim>(p.section, p.reach, bin.h);
   p.stiffness = bin.modulus * p.area / (0.5 * bin.h);
 }
 

@@ -187,18 +187,20 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   const double* x = to.row(Column::x);
   double* volume = to.row(Column::volume);
   double* mass = to.row(Column::mass);
+  const bool has_size = to.layout().has(Column::size);
+  std::array<double*, Dim> size{};
+  if (has_size) size = to.template rows<Dim>(Column::size);
   double lightest = std::numeric_limits<double>::infinity();
   for_each_row(rows, [&](std::size_t row, std::size_t i) {
     volume[i] = table.volume[row];
     mass[i] = table.mass.empty() ? table.volume[row] * model.materials[table.material[row]].density
                                  : table.mass[row];
-    if (to.layout().has(Column::size)) {
-      const double edge = std::pow(table.volume[row] / depth_at(model.analysis, x[i]), 1.0 / Dim);
-      for (int d = 0; d < Dim; ++d) {
-        const double own =
-            table.edges.empty() ? 0.0 : table.edges[row][static_cast<std::size_t>(d)];
-        to.row(Column::size, d)[i] = own > 0 ? own : edge;
-      }
+    if (has_size) {
+      std::array<double, Dim> edges{};
+      if (!table.edges.empty()) edges = table.edges[row];
+      if (edges[0] == 0.0)
+        edges.fill(std::pow(table.volume[row] / depth_at(model.analysis, x[i]), 1.0 / Dim));
+      for (std::size_t d = 0; d < Dim; ++d) size[d][i] = edges[d];
     }
     lightest = std::min(lightest, mass[i]);
   });

@@ -97,15 +97,18 @@ std::vector<double> gravity_of(const AnyModel& any) {
       any);
 }
 
-/// Steps until it is known what comes of the trial.
-void follow(Simulation& simulation, const FailureBounds& bounds, const Communicator& ranks,
-            SafetyTrial& trial) {
+/// Steps until it is known what comes of the trial. A body that fails moves on and on: twice as far
+/// in twice the time. One that consolidates, `has_pores`, moves with the root of time.
+void follow(Simulation& simulation, const FailureBounds& bounds, bool has_pores,
+            const Communicator& ranks, SafetyTrial& trial) {
   using End = SafetyTrial::End;
+  constexpr double ever_less = 1.5;  // times as far in twice the time
+  double at_half = 0;                // [m] displacement after half of the time
   const auto decide = [&]() -> std::optional<End> {
     if (trial.displacement > bounds.displacement) return End::moved;
     if (is_at_rest(at_rest, simulation.info().rest)) return End::rest;
-    if (simulation.time() > bounds.time) return End::restless;
-    return {};
+    if (simulation.time() <= bounds.time) return {};
+    return has_pores && trial.displacement <= ever_less * at_half ? End::settles : End::restless;
   };
   std::optional<End> end;
   while (!end) {
@@ -113,7 +116,7 @@ void follow(Simulation& simulation, const FailureBounds& bounds, const Communica
     if (ranks.any(stop_signal() != 0)) throw SafetyStopped{};
     trial.steps = simulation.step();
     trial.displacement = largest_displacement(simulation.frame_source(), ranks);
-    if (simulation.time() <= 0.5 * bounds.time) trial.at_half = trial.displacement;
+    if (simulation.time() <= 0.5 * bounds.time) at_half = trial.displacement;
     end = decide();
   }
   trial.end = *end;
@@ -194,19 +197,17 @@ Scenario SafetyTrials::scenario_of(double factor) const {
   return scenario;
 }
 
-bool SafetyTrials::settles(const SafetyTrial& trial) const {
-  // Times as far. A body that fails moves on and on: twice as far in twice the time. One that
-  // consolidates moves with the root of time.
-  constexpr double hardly_more = 2, ever_less = 1.5;
-  if (has_pores_ && trial.displacement <= ever_less * trial.at_half) return true;
+bool SafetyTrials::moves_as_whole(const SafetyTrial& trial) const {
+  constexpr double hardly_more = 2;  // times as far
+  using End = SafetyTrial::End;
   if (!whole_) whole_ = made(1);
-  return whole_->end == SafetyTrial::End::restless &&
-         trial.displacement <= hardly_more * whole_->displacement;
+  const bool goes_on = whole_->end == End::restless || whole_->end == End::settles;
+  return goes_on && trial.displacement <= hardly_more * whole_->displacement;
 }
 
 SafetyTrial SafetyTrials::operator()(double factor) const {
   SafetyTrial trial = made(factor);
-  if (trial.end == SafetyTrial::End::restless && settles(trial))
+  if (trial.end == SafetyTrial::End::restless && moves_as_whole(trial))
     trial.end = SafetyTrial::End::settles;
   return trial;
 }
@@ -215,8 +216,7 @@ SafetyTrial SafetyTrials::made(double factor) const {
   Scenario scenario = scenario_of(factor);
   std::visit([](auto& model) { show_all(model.output); }, scenario.model);
   const SimulationState state = state_at_start(*equilibrium_, false);
-  const std::vector<Material> materials = outline_of(scenario.model).materials;
-  has_pores_ = outline_of(scenario.model).analysis.two_phase;
+  const ModelOutline model = outline_of(scenario.model);
   const std::vector<double> gravity = gravity_of(scenario.model);
   const Communicator& ranks = arguments_.execution.ranks;
   RankWatch watch(ranks, [] { return stop_signal() != 0; });
@@ -227,10 +227,11 @@ SafetyTrial SafetyTrials::made(double factor) const {
   };
   Simulation simulation =
       make_simulation(scenario, arguments_.execution, std::move(observer), &state);
-  const FailureBounds bounds = failure_bounds(simulation.frame_source(), materials, gravity, ranks);
+  const FailureBounds bounds =
+      failure_bounds(simulation.frame_source(), model.materials, gravity, ranks);
   SafetyTrial trial{.factor = factor};
   try {
-    follow(simulation, bounds, ranks, trial);
+    follow(simulation, bounds, model.analysis.two_phase, ranks, trial);
   } catch (const SimulationError& error) {
     trial.end = SafetyTrial::End::broke;
     trial.problem = error.what();

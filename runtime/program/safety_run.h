@@ -38,7 +38,6 @@ struct SafetyTrial {
   End end = End::rest;
   Index steps = 0;
   double displacement = 0;   ///< [m] largest of a particle, from full strength on
-  double at_half = 0;        ///< [m] the same after half of FailureBounds::time
   std::string problem = {};  ///< why a step could not be taken
   bool stable() const { return end == End::rest || end == End::settles; }
 };
@@ -77,15 +76,13 @@ class SafetyTrials {
  private:
   Scenario scenario_of(double factor) const;
   SafetyTrial made(double factor) const;
-  /// Whether a body that does not come to rest settles: it moves as little as with full strength,
-  /// or water flows in its pores and it moves ever less.
-  bool settles(const SafetyTrial& trial) const;
+  /// Whether a body that does not come to rest moves hardly more than with full strength.
+  bool moves_as_whole(const SafetyTrial& trial) const;
 
   const RunArguments& arguments_;
   Read read_;
   std::unique_ptr<CheckpointReader> equilibrium_;
   mutable std::optional<SafetyTrial> whole_;  ///< with full strength, when it was needed
-  mutable bool has_pores_ = false;            ///< the model of the last trial has a liquid in them
 };
 
 /// Throws InputError where a scenario is not one whose factor of safety can be looked for. True:

@@ -64,15 +64,15 @@ void RunWatch<Dim>::warn_once(const WatchdogAlarm& alarm) {
 
 template <int Dim>
 void RunWatch<Dim>::warn_of_lost_bodies(const HistoryRow& row) {
+  if (row.bodies.empty()) return;
   const auto [low, high] = model_.mesh->bounds();
   lost_.resize(row.bodies.size());
   for (std::size_t k = 0; k < row.bodies.size(); ++k) {
-    if (lost_[k] || model_.rigid_bodies[k].motion != RigidBody<Dim>::Motion::free) continue;
-    const auto& place = row.bodies[k].place;
-    for (int d = 0; d < Dim; ++d) {
-      const double x = place[static_cast<std::size_t>(d)];
-      if (lost_[k] || (x >= low[d] && x <= high[d])) continue;
-      lost_[k] = true;
+    if (model_.rigid_bodies[k].motion != RigidBody<Dim>::Motion::free) continue;
+    for (int d = 0; d < Dim && !lost_[k]; ++d) {
+      const double x = row.bodies[k].place[static_cast<std::size_t>(d)];
+      lost_[k] = x < low[d] || x > high[d];
+      if (!lost_[k]) continue;
       warn_(
           fmt::format("rigid body '{}' has left the mesh: its {} is {:.6g} m. Walls and "
                       "constraints of nodes do not hold rigid bodies: what should hold it has to "
