@@ -72,9 +72,9 @@ const Section& generator_section() {
           "`file` reads positions; `gauss` puts particles at the Gauss points of cells; `region` "
           "fills a region with equally spaced particles; `inject` adds particles during the run. "
           "At the beginning of every step in `duration`, each empty cell of the set gets particles "
-          "at its Gauss points. These particles share what flows into the cell with `velocity` "
-          "until "
-          "the last of them has left it: the flow is density * area * velocity. (CB-Geo MPM: they "
+          "at its Gauss points. They share the volume that flows in with `velocity` until the last "
+          "of them has left the cell: the flow is density * area * velocity as long as they keep "
+          "this velocity there. Cells into which other particles come give less. (CB-Geo MPM: they "
           "share the cell's volume.) Particle ids continue from one generator to the next. Ids of "
           "injected particles continue from these, step by step.",
       .discriminator = "type",
@@ -263,9 +263,9 @@ const Section& traction_section() {
       .help =
           "Force on each particle of a set: traction * function(t) * area. The area is that of the "
           "particle's face at the beginning, and stays; rings grow with their radius. The face is "
-          "across the axis along which the particles of the set are one layer. The force acts at "
-          "the side of particles that have others at one side along the direction, and none at "
-          "the other; with splines at the centre. With analysis.preset \"cbgeo\" it acts at the "
+          "across the axis along which the particles of the set are one layer. The force acts on "
+          "the side where a particle has no neighbour, if it has one on the other side; with "
+          "splines at the centre. With analysis.preset \"cbgeo\" it acts at the "
           "centre, and the area is volume / size, where size is the initial volume to the power "
           "1/dim. The last traction for a particle and direction wins.",
       .keys = {
