@@ -176,16 +176,19 @@ TEST_CASE("smoothing of pressure is warned of in scenarios written for Lahar alo
 }
 
 TEST_CASE("materials that lock are warned of where a cell has several particles") {
-  const auto locks = [](const char* material, int per_cell) {
+  const auto warnings = [](const char* material, int per_cell, const char* plane = "strain") {
     const lahar::Scenario s = lahar::read_scenario_text(
         R"({"mesh": {"structured": {"cell_size": 1, "counts": [2, 2]}},
             "materials": [{"density": 1000, "youngs_modulus": 1e6, )" +
             std::string(material) +
             R"(}], "particles": [{"generator": {"type": "region", "material": 0, "per_cell": )" +
-            std::to_string(per_cell) + R"(}}], "analysis": {"nsteps": 1}})",
+            std::to_string(per_cell) + R"(}}], "analysis": {"nsteps": 1, "plane": ")" + plane +
+            R"("}})",
         "");
-    return lahar::format_problems(s.warnings, "warning").find("and locks where") !=
-           std::string::npos;
+    return lahar::format_problems(s.warnings, "warning");
+  };
+  const auto locks = [&](const char* material, int per_cell, const char* plane = "strain") {
+    return warnings(material, per_cell, plane).find("and locks where") != std::string::npos;
   };
   const char* const clay =
       R"("type": "VonMises", "poisson_ratio": 0.3, "yield_stress": 1e4)";
@@ -195,6 +198,32 @@ TEST_CASE("materials that lock are warned of where a cell has several particles"
   CHECK(locks(rubber, 2));
   CHECK_FALSE(locks(clay, 1));
   CHECK_FALSE(locks(steel, 2));
+  // Sheets change their thickness. Around an axis there is no B-bar to take.
+  CHECK_FALSE(locks(clay, 2, "stress"));
+  CHECK(locks(clay, 2, "axisymmetric"));
+  CHECK(warnings(clay, 2).find("b_bar") != std::string::npos);
+  CHECK(warnings(clay, 2, "axisymmetric").find("b_bar") == std::string::npos);
+}
+
+TEST_CASE("a liquid without a pressure is warned of, but not in projections") {
+  const auto warned = [](const char* liquid, const char* analysis) {
+    const lahar::Scenario s = lahar::read_scenario_text(
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [2, 2]}},
+            "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 1e6,
+                           "dynamic_viscosity": 1)" +
+            std::string(liquid) +
+            R"(}], "particles": [{"generator": {"type": "region", "material": 0, "per_cell": 2}}],
+            "analysis": {"nsteps": 1, )" +
+            analysis + "}}",
+        "");
+    return lahar::format_problems(s.warnings, "warning").find("nothing holds its volume") !=
+           std::string::npos;
+  };
+  const char* const incompressible = R"(, "incompressible": true)";
+  CHECK(warned(incompressible, R"("mpm_scheme": "musl")"));
+  CHECK_FALSE(warned("", R"("mpm_scheme": "musl")"));
+  CHECK_FALSE(warned(incompressible, R"("mpm_scheme": "projection", "dt": 1e-3)"));
+  CHECK_FALSE(warned(incompressible, R"("preset": "cbgeo", "dt": 1e-3)"));
 }
 
 TEST_CASE("a body with prescribed velocities is warned of where other material sticks to it") {

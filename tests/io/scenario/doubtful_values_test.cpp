@@ -66,6 +66,11 @@ TEST_CASE("two velocities for one node and direction are warned of, equal ones a
               "at 21 of its nodes an entry before prescribes another velocity in this direction, "
               "which counts");
   CHECK(warnings_of(both("0")) == "");
+  // The axis of an axisymmetric model is no entry: it only wins.
+  Case around = both("0");
+  around.more = R"(, "velocity_constraints": [{"nset_id": -1, "dir": "x", "velocity": 0.5}])";
+  around.analysis = R"(, "plane": "axisymmetric")";
+  CHECK(warnings_of(around).find("an entry before") == std::string::npos);
 }
 
 TEST_CASE("densities, moduli and gravity in other units are warned of") {

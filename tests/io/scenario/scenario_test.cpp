@@ -81,6 +81,26 @@ TEST_CASE("nodes that miss a plane by rounding belong to it") {
   CHECK(entries_of<NodeVelocity>(std::get<Model<2>>(s.model)).size() == 3);
 }
 
+TEST_CASE(
+    "a slope by a polygon has no steps, unless parts with their centre inside are asked for") {
+  const auto particles = [](const std::string& keys) {
+    const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "counts": [8, 4]}},
+        "particles": [{"generator": {"type": "region", "per_cell": 2, "material": "a")" +
+                             keys + R"(, "region":
+          {"polygon": {"points": [[0, 0], [8, 0], [0, 3]]}}}}],
+        "materials": [{"name": "a", "type": "LinearElastic", "density": 1, "youngs_modulus": 1,
+                       "poisson_ratio": 0}],
+        "analysis": {"nsteps": 1}})";
+    return std::get<Model<2>>(read_scenario_text(text, "").model).particles;
+  };
+  const auto slope = particles("");
+  double volume = 0, least = 1;
+  for (const double V : slope.volume) volume += V, least = std::min(least, V);
+  CHECK(volume == doctest::Approx(12).epsilon(0.005));
+  CHECK(least < 0.2);  // of 0.25
+  for (const double V : particles(R"(, "cut_cells": "centres")").volume) CHECK(V == 0.25);
+}
+
 TEST_CASE("a polygon in three dimensions is extruded along its axis") {
   const auto s = read_scenario_text(R"({
     "mesh": {"structured": {"cell_size": 1, "counts": [2, 2, 2]}},

@@ -45,7 +45,38 @@ launch=("$mpiexec" --oversubscribe --bind-to none -n 2)
 safety ranks -t 1 || fail "two ranks"
 same ranks
 
+# Water that moves in the pores of level ground is no failure.
+cat >"$work/wet.json" <<'END'
+{
+  "mesh": {"structured": {"cell_size": 1, "extent": [6, 5]},
+    "boundary_conditions": {"velocity_constraints": [
+      {"nset": "base", "dir": "x", "velocity": 0}, {"nset": "base", "dir": "y", "velocity": 0},
+      {"nset": "sides", "dir": "x", "velocity": 0}]},
+    "particles_pore_pressures": {"type": "water_table", "water_tables":
+      [{"position": 0, "h0": 3}, {"position": 6, "h0": 3}]},
+    "particles_stresses": {"type": "k0", "k0": "jaky"}},
+  "sets": {"nodes": {
+    "base": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+    "sides": {"union": [{"half_space": {"point": [0, 0], "normal": [1, 0]}},
+                        {"half_space": {"point": [6, 0], "normal": [-1, 0]}}]}}},
+  "particles": [{"generator": {"type": "region", "per_cell": 2, "material": ["soil", "water"],
+    "region": {"box": {"min": [0, 0], "max": [6, 3]}}}}],
+  "materials": [
+    {"name": "soil", "type": "MohrCoulomb", "density": 2650, "youngs_modulus": 2e7,
+     "poisson_ratio": 0.3, "friction": 30, "dilation": 0, "cohesion": 5000, "tension_cutoff": 0,
+     "porosity": 0.4, "k_x": 1e-3},
+    {"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 5e7,
+     "dynamic_viscosity": 1e-3}],
+  "external_loading_conditions": {"gravity": [0, -10]},
+  "analysis": {"end_time": 20, "damping": {"type": "Cundall", "damping_factor": 0.7},
+               "until": {"imbalance": 0.005, "kinetic_energy": 0.001}}
+}
+END
 launch=()
+timeout -k 5 240 "$lahar" safety "$work/wet.json" --most 2 --tolerance 0.5 -t 1 -o "$work/wet" \
+  >"$work/out" 2>&1 || fail "wet ground"
+grep -q "the factor of safety is above 2" "$work/out" || fail "wet ground at rest fails"
+
 safety few --set analysis.scheme_settings.quasi_static=false && fail "steps with inertia are taken"
 grep -q "the factor of safety is looked for from an equilibrium" "$work/out" ||
   fail "it does not say that there is no equilibrium"

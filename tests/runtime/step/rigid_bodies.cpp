@@ -22,6 +22,35 @@ TEST_CASE("rigid bodies in motion: the serial loop's bits, and those after a res
     }
 }
 
+TEST_CASE("a free rigid body that leaves the mesh is told of once, one that a body holds is not") {
+  const auto warnings = [](const std::string& floor) {
+    std::vector<std::string> said;
+    Observer observer;
+    observer.warning = [&](const std::string& text) { said.push_back(text); };
+    Simulation simulation(model_of_text<2>(R"({
+      "mesh": {"structured": {"cell_size": 0.1, "extent": [2, 1]},
+        "boundary_conditions": {"walls": [{"nset": "floor", "normal": [0, 1]}]}},
+      "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}}}},
+      "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e5,
+                     "poisson_ratio": 0.2}],
+      "rigid_bodies": [)" + floor + R"({"name": "box", "density": 2000,
+        "region": {"box": {"min": [1.2, 0.3], "max": [1.5, 0.5]}}}],
+      "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0,
+        "region": {"box": {"min": [0.2, 0], "max": [0.6, 0.3]}}}}],
+      "external_loading_conditions": {"gravity": [0, -10]},
+      "analysis": {"preset": "lahar", "end_time": 0.6}})"),
+                          serial(), observer);
+    simulation.run();
+    return said;
+  };
+  const auto alone = warnings("");
+  REQUIRE(alone.size() == 1);
+  CHECK(alone[0].find("rigid body 'box' has left the mesh: its y is -") != std::string::npos);
+  CHECK(warnings(R"({"name": "floor", "region": {"half_space": {"point": [0, 0],
+                     "normal": [0, 1]}}, "friction": 0.5}, )")
+            .empty());
+}
+
 TEST_CASE("rigid bodies in motion touch material, and each other") {
   Model<2> model = heap_and_bodies("musl", R"("dt": 1e-3)");
   model.output.history_steps = 1;

@@ -11,6 +11,27 @@ using namespace lahar::test;
 
 namespace {
 
+/// A column of cells that are half as wide as high and cut at the top. Its load comes in a stage.
+Model<2> loaded_late(std::size_t stage) {
+  const std::string text = R"({
+    "mesh": {"structured": {"cell_size": [0.05, 0.1], "counts": [2, 12]},
+      "boundary_conditions": {"velocity_constraints": [
+        {"nset": -1, "dir": "x", "velocity": 0}, {"nset": "base", "dir": "y", "velocity": 0}]}},
+    "sets": {"nodes": {"base": {"half_space": {"point": [0, 0], "normal": [0, 1]}}},
+             "particles": {"top": {"half_space": {"point": [0, 0.95], "normal": [0, -1]}}}},
+    "materials": [{"name": "m", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e9,
+                   "poisson_ratio": 0}],
+    "particles": [{"generator": {"type": "region", "material": "m", "per_cell": 2,
+      "cut_cells": "exact", "region": {"box": {"min": [0, 0], "max": [0.1, 0.968]}}}}],
+    "analysis": {"preset": "lahar", "mpm_scheme": "newmark", "shape_functions": "element",
+      "scheme_settings": {"quasi_static": true}, "dt": 0.1, "nsteps": 1},
+    "stages": [{"name": "empty"}, {"name": "loaded", "external_loading_conditions":
+      {"particle_surface_traction": [{"pset": "top", "dir": "y", "traction": -1e5}]}}]})";
+  ScenarioOptions options = plain_defaults(text);
+  options.stage = stage;
+  return std::get<Model<2>>(read_scenario_text(text, "", options).model);
+}
+
 /// A block that flies to the left through small patches. Then all that is left of it vanishes.
 Model<2> flying_block(std::size_t stage) {
   const std::string text = R"({
@@ -60,4 +81,19 @@ TEST_CASE("a patch that a stage empties forgets how its particles lay") {
   Simulation resumed(model, serial(), {}, start.view());
   for (Simulation* simulation : {&whole, &resumed}) simulation->run();
   CHECK(difference(StoredState(whole.state()), StoredState(resumed.state())) == "");
+}
+
+TEST_CASE("a load that a stage brings acts on the area that its particles had at the beginning") {
+  Simulation first(loaded_late(0), serial());
+  first.run();
+  const StoredState between(first.state());
+  Simulation second(loaded_late(1), serial(), {}, state_at_start(between.view(), false));
+  second.run();
+  const Frame frame = second.frame();
+  const FrameColumn* stress = frame.find("stress");
+  REQUIRE(stress);
+  double sum = 0, n = 0;
+  for (std::size_t p = 0; p < frame.id.size(); ++p)
+    if (frame.coordinates[2 * p + 1] < 0.1) sum += stress->values[6 * p + 1], ++n;
+  CHECK(sum / n == doctest::Approx(-1e5).epsilon(1e-6));
 }
