@@ -364,7 +364,7 @@ TEST_CASE("steps are half as long where a material is of grains, and a filter of
   // The mean depth is 2 m: sqrt(g H^3) is 8 m^2/s.
   const VelocityTransfer grains = analysis(sand, "").transfer;
   CHECK(grains.order == 3);
-  CHECK(grains.viscosity == doctest::Approx(0.0005 * 8));
+  CHECK(grains.viscosity == doctest::Approx(0.0015 * 8));
   CHECK(grains.viscous == doctest::Approx(4 * grains.viscosity));
   // A column of 4 m by 1 m flows with 2 m.
   CHECK(analysis(sand, "", "[1, 4]").transfer.viscosity == grains.viscosity);
