@@ -114,12 +114,28 @@ void ScenarioBuilder<Dim>::build_analysis() {
   set(*analysis, "opening", a.opening);
   const auto opens = [](const Material& material) { return can_open(material.law); };
   a.opening = a.opening && std::any_of(model_.materials.begin(), model_.materials.end(), opens);
-  a.remove_leaving_particles = !get_bool(*analysis, "locate_particles").value_or(true);
+  build_lost_share(*analysis);
   a.patch_particles = get_integer(*analysis, "patch_particles").value_or(a.patch_particles);
   a.split_steps = get_integer(*analysis, "split_steps").value_or(a.split_steps);
   if (const JsonValue* steps = analysis->find("nload_balance_steps"))
     in_.warning(*steps, "'nload_balance_steps' has no effect",
                 "work moves between ranks by itself, where that pays");
+}
+
+/// How far single grains fly is chance: a few of many may leave the mesh.
+template <int Dim>
+void ScenarioBuilder<Dim>::build_lost_share(JsonValue& analysis) {
+  constexpr double few = 1e-3;
+  Analysis& a = model_.analysis;
+  const auto must_stay = get_bool(analysis, "locate_particles");
+  const bool flies = !must_stay && !in_.cbgeo_defaults && any_granular();
+  const double share = get_number(analysis, "lost_share").value_or(flies ? few : 0.0);
+  if (!analysis.find("lost_share")) set(analysis, "lost_share", share);
+  a.remove_leaving_particles = !must_stay.value_or(true);
+  if (a.remove_leaving_particles) return;
+  const Index all = team_.sum(static_cast<Index>(model_.particles.x.size()));
+  a.most_lost = static_cast<Index>(share * static_cast<double>(all));
+  a.remove_leaving_particles = a.most_lost > 0;
 }
 
 // One for all materials; the fork writes it in each.

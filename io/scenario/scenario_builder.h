@@ -182,6 +182,7 @@ class ScenarioBuilder {
   bool is_grid() const;  ///< collective
   void build_time_step(const JsonValue& analysis);
   void build_watchdog(JsonValue& analysis);
+  void build_lost_share(JsonValue& analysis);
   // scenario_k0.cpp
   void build_k0();  ///< after gravity and pore pressures; collective
   double k0_of(const Material& material, const JsonValue& given);

@@ -21,6 +21,7 @@ constexpr std::array allowed_keys{
     "/analysis/uuid",
     "/analysis/nload_balance_steps",
     "/analysis/watchdog",
+    "/analysis/lost_share",
     "/analysis/linear_solver",
     "/analysis/scheme_settings/max_iteration",
     "/analysis/scheme_settings/displacement_tolerance",

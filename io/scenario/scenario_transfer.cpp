@@ -238,7 +238,7 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   }
   JsonValue::Object settings{{"relaxation", analysis->offset, setting(*relaxation_)}};
   if (depth > 0) {
-    const double share = of_grains ? 0.0015 : smooth ? 0.0075 : 0.015;
+    const double share = of_grains ? 0.001 : smooth ? 0.0075 : 0.015;
     viscosity_ = share * std::sqrt(model_.gravity.norm() * std::pow(depth, 3));
     settings.push_back({"viscosity", analysis->offset, setting(*viscosity_)});
   }

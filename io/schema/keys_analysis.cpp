@@ -518,6 +518,16 @@ const Section& analysis_section() {
            .kinds = boolean,
            .help = "false: remove particles that leave the mesh, instead of stopping the run",
            .fallback = "true"},
+          {.key = "lost_share",
+           .kinds = number,
+           .help = "share of the particles that may leave the mesh. They are removed, and the run "
+                   "warns. It ends when more have left. Default 0.001 if a material is granular "
+                   "(it has a tension limit and is not a fluid) and locate_particles is not given: "
+                   "single grains fly far. Else 0",
+           .unit = "-",
+           .min = 0,
+           .max = 1,
+           .native = true},
           {.key = "damping", .kinds = object, .help = "damping", .section = damping_section},
           {.key = "pressure_smoothing",
            .kinds = boolean,

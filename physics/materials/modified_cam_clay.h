@@ -324,9 +324,12 @@ struct ModifiedCamClay {
 
   template <class Number>
   static bool all_finite(const VoigtOf<Number>& sigma, const std::array<Number, states>& s) {
-    const auto finite = [](const Number& value) { return std::isfinite(value_of(value)); };
-    return std::all_of(sigma.begin(), sigma.end(), finite) &&
-           std::all_of(s.begin(), s.end(), finite);
+    // What follows from the stress is found where it is asked for: a law does not read it.
+    bool finite = true;
+    for (const Number& value : sigma) finite = finite && std::isfinite(value_of(value));
+    for (std::size_t k = 0; k < states; ++k)
+      finite = finite && (state[k].of_stress || std::isfinite(value_of(s[k])));
+    return finite;
   }
 
   /// A stress on the line to the centre of the yield ellipse, not beyond it.

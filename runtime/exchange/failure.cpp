@@ -79,6 +79,14 @@ std::string describe_particle(const Particles<Dim>& particles, Local p, Index in
 }
 
 template <int Dim>
+std::string describe_particle(const RemovedParticle& particle) {
+  constexpr std::size_t n = Dim;
+  return fmt::format("particle {} at {} m, velocity {} m/s", particle.id,
+                     tuple(std::span(particle.position).first(n)),
+                     tuple(std::span(particle.velocity).first(n)));
+}
+
+template <int Dim>
 std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, Index injected) {
   constexpr std::size_t n = Dim;
   const std::string particle = fmt::format(
@@ -148,5 +156,7 @@ template std::string describe_fault<2>(const ParticleFault&, const Model<2>&, In
 template std::string describe_fault<3>(const ParticleFault&, const Model<3>&, Index);
 template std::string describe_particle<2>(const Particles<2>&, Local, Index);
 template std::string describe_particle<3>(const Particles<3>&, Local, Index);
+template std::string describe_particle<2>(const RemovedParticle&);
+template std::string describe_particle<3>(const RemovedParticle&);
 
 }  // namespace lahar

@@ -8,6 +8,7 @@
 #include "graph/stage.h"
 #include "physics/model/injection.h"
 #include "physics/particles/patch.h"
+#include "physics/particles/removed_particle.h"
 #include "runtime/comm/communicator.h"
 
 namespace lahar {
@@ -51,6 +52,10 @@ std::string failure_message(const Failure& first, int rank, Index failed,
 template <int Dim>
 std::string describe_particle(const Particles<Dim>& particles, Local p,
                               Index injected = first_injected_id);
+
+/// The same of a particle that has left the mesh.
+template <int Dim>
+std::string describe_particle(const RemovedParticle& particle);
 
 /// What a fault is, and what to do; likewise.
 template <int Dim>

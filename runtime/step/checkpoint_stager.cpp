@@ -1,7 +1,6 @@
 #include "runtime/step/checkpoint_stager.h"
 
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <span>
 #include <utility>
@@ -22,7 +21,7 @@ template <int Dim>
 SimulationState CheckpointStager<Dim>::present(RunState run, Index removed,
                                                const Communicator& ranks) const {
   run.particles = ranks.sum(patches_.particles());
-  run.removed = ranks.sum(removed);
+  run.removed = removed;
   SimulationState state{.run = std::move(run), .patches = {}, .sizes = {}, .bytes = {}};
   std::vector<int> position;
   for (int i = 0; i < patches_.size(); ++i) {
@@ -44,10 +43,8 @@ void CheckpointStager<Dim>::begin(Step step, bool copies, Index removed,
   copies_ = copies;
   for (auto& states : copied_) states.assign(static_cast<std::size_t>(patches_.size()), {});
   if (!copies) return;
-  std::array<Index, 2> sums{patches_.particles(), removed};
-  ranks.sum(sums);
-  particles_ = sums[0];
-  all_removed_ = sums[1];
+  particles_ = ranks.sum(patches_.particles());
+  removed_ = removed;
 }
 
 template <int Dim>
@@ -60,7 +57,7 @@ template <int Dim>
 void CheckpointStager<Dim>::set_run(RunState run) {
   run_ = std::move(run);
   run_.particles = particles_;
-  run_.removed = all_removed_;
+  run_.removed = removed_;
 }
 
 template <int Dim>

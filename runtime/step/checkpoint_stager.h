@@ -23,7 +23,8 @@ class CheckpointStager {
 
   /// [bytes] of the states of this rank's patches.
   std::size_t bytes() const;
-  /// The state at rest, without a copy: good until steps are taken. Collective.
+  /// The state at rest, without a copy: good until steps are taken. `removed`: particles, of all
+  /// ranks. Collective.
   SimulationState present(RunState run, Index removed, const Communicator& ranks) const;
 
   /// Steps are taken from `step` on, and tasks copy states if `copies`. Collective.
@@ -62,7 +63,7 @@ class CheckpointStager {
   bool copies_ = false;
   Step begun_ = 0;
   RunState run_;                                         ///< of the state that is being copied
-  Index particles_ = 0, all_removed_ = 0;                ///< of all ranks, where tasks copy states
+  Index particles_ = 0, removed_ = 0;                    ///< of all ranks, where tasks copy states
   PerStep<std::vector<std::vector<std::byte>>> copied_;  ///< by patch
   std::atomic<bool> asked_{false};                       ///< of this rank
   /// The state after so many steps was asked for, as all ranks know; -1 = none. Steps that end

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -12,8 +13,10 @@ namespace lahar {
 namespace {
 
 /// Particles that left a patch [-] wait in its memory until the graph drains. So many of them, 70
-/// KiB, make it drain, because perhaps nothing else does.
-constexpr std::size_t most_removed = 1000;
+/// KiB, make it drain, because perhaps nothing else does. Where few may leave, one of them does.
+std::size_t most_removed(const Analysis& analysis) {
+  return analysis.most_lost < std::numeric_limits<Index>::max() ? 1 : 1000;
+}
 
 }  // namespace
 
@@ -23,12 +26,13 @@ Epochs<Dim>::Epochs(PatchSet<Dim>& patches, const Analysis& analysis, Communicat
     : patches_(patches),
       split_steps_(analysis.split_steps),
       most_particles_(split_factor * analysis.patch_particles),
+      most_removed_(most_removed(analysis)),
       ranks_(ranks),
       balance_(ranks, options, static_cast<int>(ranks.min(Index{threads}))) {}
 
 template <int Dim>
 void Epochs<Dim>::look_at(const Patch<Dim>& patch, Step step) {
-  if (patch.removed.size() >= most_removed) full_[step] = true;
+  if (patch.removed.size() >= most_removed_) full_[step] = true;
   if (split_steps_ > 0 && (step + 1) % split_steps_ == 0 && is_crowded(patch, most_particles_))
     crowded_[step] = true;
 }

@@ -53,6 +53,7 @@ class Epochs {
   PatchSet<Dim>& patches_;
   Index split_steps_;     ///< steps between looks for crowded patches; 0 = never
   Index most_particles_;  ///< up to which a patch is not split
+  std::size_t most_removed_;
   Communicator ranks_;
   RankBalance<Dim> balance_;
   std::atomic<bool> rebuild_{false};

@@ -6,6 +6,7 @@
 #endif
 
 #include <algorithm>
+#include <limits>
 #include <span>
 #include <tuple>
 
@@ -114,7 +115,7 @@ void SimulationDriver<Dim>::start(const SimulationState* state) {
 template <int Dim>
 void SimulationDriver<Dim>::resume(const RunState& run) {
   step_ = run.step;
-  removed_ = ranks_.rank() == 0 ? run.removed : 0;
+  removed_ = run.removed;
   epochs_.resume(run.split_step);
   history_.resume(run.kinetic_at_start, run.work);
   gauges_.resume(run.gauges);
@@ -131,6 +132,7 @@ template <int Dim>
 void SimulationDriver<Dim>::advance(Index steps) {
   const Step end = std::min<Step>(step_ + steps, time_.nsteps());
   stops_ = stop_asked_ = false;
+  throw_if_lost();
   watch_.throw_alarm(step_, time_.nsteps());
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(step_);
   while (step_ < end && !finished() && !stops_) {
@@ -153,6 +155,7 @@ void SimulationDriver<Dim>::advance(Index steps) {
     change_patches();
     // What was asked for and comes after the end is written now.
     if (stager_.due(step_) || (ends && stager_.is_planned_after(step_))) write_checkpoint();
+    throw_if_lost();
     watch_.throw_alarm(step_, time_.nsteps());
   }
 }
@@ -241,14 +244,38 @@ void SimulationDriver<Dim>::take_removed() {
   const Step last = ranks_.min(failures_.first_step());
   std::erase_if(all, [&](const RemovedParticle& one) { return one.step > last; });
   for (RemovedParticle& one : all) one.id = log_.dense(one.id);
-  removed_ += static_cast<Index>(all.size());
   if (ranks_.several()) all = ranks_.gather_all(std::span<const RemovedParticle>(all));
   gauges_.add_removed(all);
-  if (all.empty() || !observer_.removed) return;
+  if (all.empty()) return;
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::tie(a.step, a.id) < std::tie(b.step, b.id);
   });
-  attempt([&] { observer_.removed(all); });
+  if (removed_ == 0) warn_of_lost(all.front());
+  removed_ += static_cast<Index>(all.size());
+  last_removed_ = describe_particle<Dim>(all.back());
+  if (observer_.removed) attempt([&] { observer_.removed(all); });
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::warn_of_lost(const RemovedParticle& first) {
+  const Index most = model_.analysis.most_lost;
+  if (most < std::numeric_limits<Index>::max())
+    warn(
+        fmt::format("{} left the mesh in step {} and was removed. The run ends when more than {} "
+                    "{} left it (analysis.lost_share). Enlarge the mesh to keep them.",
+                    describe_particle<Dim>(first), first.step, most, most == 1 ? "has" : "have"));
+}
+
+template <int Dim>
+void SimulationDriver<Dim>::throw_if_lost() const {
+  if (removed_ <= model_.analysis.most_lost) return;
+  throw WholeStepError(fmt::format(
+      "step {} (t = {:.6g} s): {} particles have left the mesh, and {} may "
+      "(analysis.lost_share){}. "
+      "Enlarge the mesh, constrain its boundary nodes, or let all such particles be removed with "
+      "\"locate_particles\": false in \"analysis\".",
+      step_, time(), removed_, model_.analysis.most_lost,
+      last_removed_.empty() ? "" : "; the last one was " + last_removed_));
 }
 
 template <int Dim>
@@ -375,7 +402,7 @@ SimulationInfo SimulationDriver<Dim>::info() const {
   info.cells = model_.mesh->n_cells();
   info.nodes = model_.mesh->n_nodes();
   info.particles = ranks_.sum(patches_.particles());
-  info.removed = ranks_.sum(removed_);
+  info.removed = removed_;
   double divided = 0;
   for (int i = 0; i < patches_.size(); ++i) divided += patches_[i].work.divided;
   info.divided =

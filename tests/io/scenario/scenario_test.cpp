@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "io/scenario/particles_generator.h"
 
@@ -364,12 +365,46 @@ TEST_CASE("steps are half as long where a material is of grains, and a filter of
   // The mean depth is 2 m: sqrt(g H^3) is 8 m^2/s.
   const VelocityTransfer grains = analysis(sand, "").transfer;
   CHECK(grains.order == 3);
-  CHECK(grains.viscosity == doctest::Approx(0.0015 * 8));
+  CHECK(grains.viscosity == doctest::Approx(0.001 * 8));
   CHECK(grains.viscous == doctest::Approx(4 * grains.viscosity));
   // A column of 4 m by 1 m flows with 2 m.
   CHECK(analysis(sand, "", "[1, 4]").transfer.viscosity == grains.viscosity);
   CHECK(analysis(sand, R"(, "shape_functions": "element")").transfer.order == 1);
   CHECK(analysis(water, "").transfer.order == 1);
+}
+
+TEST_CASE("a few of many grains may leave the mesh") {
+  const auto analysis = [](bool grains, const std::string& keys,
+                           const std::string& counts = "[50, 50]") {
+    const std::string law = grains ? R"("MohrCoulomb", "friction": 30, "dilation": 0, "cohesion": 0,
+                   "tension_cutoff": 0, "softening": false)"
+                                   : R"("LinearElastic")";
+    const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "counts": )" + counts +
+                             R"(}},
+      "particles": [{"generator": {"type": "region", "per_cell": 1, "material": "a"}}],
+      "materials": [{"name": "a", "density": 10, "youngs_modulus": 100, "poisson_ratio": 0.2,
+                     "type": )" +
+                             law + R"(}],
+      "analysis": {"end_time": 1)" +
+                             keys + "}}";
+    return std::get<Model<2>>(read_scenario_text(text, "", {}).model).analysis;
+  };
+  const Analysis grains = analysis(true, "");
+  CHECK(grains.remove_leaving_particles);
+  CHECK(grains.most_lost == 2);  // of 2500
+  for (const Analysis& strict :
+       {analysis(false, ""), analysis(true, "", "[9, 111]"),
+        analysis(true, R"(, "locate_particles": true)"), analysis(true, R"(, "lost_share": 0)"),
+        analysis(true, R"(, "preset": "cbgeo", "dt": 0.01)")}) {
+    CHECK(!strict.remove_leaving_particles);
+    CHECK(strict.most_lost == 0);
+  }
+  const Analysis given = analysis(false, R"(, "locate_particles": true, "lost_share": 0.1)");
+  CHECK(given.remove_leaving_particles);
+  CHECK(given.most_lost == 250);
+  const Analysis open = analysis(true, R"(, "locate_particles": false)");
+  CHECK(open.remove_leaving_particles);
+  CHECK(open.most_lost == std::numeric_limits<Index>::max());
 }
 
 TEST_CASE("velocity transfers act in a time, but for the blending ratio of CB-Geo's input") {

@@ -179,11 +179,11 @@ TEST_CASE("a law that takes long gives the same bits to particles of several bin
       for (Local n = 0; n < f.patch.n_nodes(); ++n)
         f.patch.velocity[f.at(n, mass_lane)] = uniform(random, 0.1, 2);
       set_loose_soil(f, random);
-      split_bins(f.patch);
+      do split_bins(f.patch);
+      while (lanes < Pack >> 1 && !packing_pays<Pack>(f.patch.bins));
       return f;
     };
     auto packs = make(), singles = make();
-    REQUIRE(packing_pays<Pack>(packs.patch.bins));
     update_stress<Dim, Pack>(packs.patch, packs.context(), packs.patch.bins, StressPart::both);
     update_stress<Dim, Scalar>(singles.patch, singles.context(), singles.patch.bins,
                                StressPart::both);

@@ -149,6 +149,9 @@ TEST_CASE("restart: loads travel with particles, and particles that left stay aw
   CHECK(removed > 0);
   CHECK(removed < leaving.particles.size());
   check_restart(leaving, 60, 90);
+  Model<2> few = leaving;
+  few.analysis.most_lost = few.particles.size();  // the graph drains when one leaves
+  check_restart(few, 60, 90);
   whole.advance(140);
   CHECK(whole.info().particles == 0);
   check_restart(leaving, 199, 200, {flow(2)});

@@ -177,6 +177,44 @@ TEST_CASE("particles that may leave the mesh are removed and counted, the others
   }
 }
 
+TEST_CASE("where few particles may leave the mesh, more end the run") {
+  // Four leave in step 13, four in step 21.
+  Model<2> model = moving("[1, 0]", "[3, 4]", "[1, 0]");
+  model.analysis.remove_leaving_particles = true;
+  const Outcome all = run(model, serial());
+  model.analysis.most_lost = 8;
+  CHECK(same_bits(run(model, serial()), all));
+  model.analysis.most_lost = 7;
+  const Outcome reference = run(model, serial());
+  CHECK(reference.removed == 8);
+  CHECK(reference.error.find("8 particles have left the mesh, and 7 may (analysis.lost_share); the "
+                             "last one was particle ") != std::string::npos);
+  CHECK(reference.error.find("at (4.125, ") != std::string::npos);
+  CHECK(reference.error.find("\"locate_particles\": false") != std::string::npos);
+  CHECK(reference.removed_rows == all.removed_rows);
+  for (const ExecutionOptions& way : every_way()) {
+    CAPTURE(describe(way));
+    const Outcome outcome = run(model, way);
+    CHECK(outcome.error == reference.error);
+    CHECK(outcome.removed_rows == reference.removed_rows);
+  }
+}
+
+TEST_CASE("the first particle that leaves where few may is told of, the others are counted") {
+  Model<2> model = moving("[1, 0]", "[3, 4]", "[1, 0]");
+  model.analysis.remove_leaving_particles = true;
+  model.analysis.most_lost = 8;
+  std::vector<std::string> told;
+  Observer observer;
+  observer.warning = [&](const std::string& text) { told.push_back(text); };
+  Simulation simulation(std::move(model), serial(), Observer(observer));
+  simulation.run();
+  REQUIRE(told.size() == 1);
+  CHECK(told[0].find("left the mesh in step 13 and was removed. The run ends when more than 8 have "
+                     "left it (analysis.lost_share).") != std::string::npos);
+  CHECK(simulation.info().removed == 8);
+}
+
 TEST_CASE("a computation that blows up is reported, not continued") {
   Model<2> model = two_discs();
   model.analysis.step.accept_unstable = true;
