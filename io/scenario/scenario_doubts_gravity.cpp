@@ -125,7 +125,7 @@ template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_open_sides() {
   if (in_.cbgeo_defaults || model_.gravity.norm() == 0 || rows_.total() == 0) return;
   if (!model_.rigid_bodies.empty() || team_.any(!model_.node_frames.empty())) return;
-  if (model_.analysis.remove_leaving_particles) return;
+  if (model_.analysis.all_may_leave()) return;
   constexpr double near = 0.75;  // cells to the outermost particles that touch a side, at most
   const auto [low, high] = mesh_->bounds();
   const Vec<Dim> cell = outer_cell();

@@ -104,7 +104,7 @@ void ScenarioBuilder<Dim>::warn_of_falling_bodies() {
   constexpr double upright = 0.99;  // cosine between gravity and an axis, at least
   if (g == 0 || !(along[axis] > upright * g) || team_.any(!model_.node_frames.empty())) return;
   if (generators_.empty() || !model_.injections.empty() || !model_.tractions.empty() ||
-      model_.analysis.remove_leaving_particles)
+      model_.analysis.all_may_leave())
     return;
   std::vector<Index> nodes;
   for_each_condition([&]<class T>() {

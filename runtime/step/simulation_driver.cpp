@@ -270,10 +270,9 @@ template <int Dim>
 void SimulationDriver<Dim>::throw_if_lost() const {
   if (removed_ <= model_.analysis.most_lost) return;
   throw WholeStepError(fmt::format(
-      "step {} (t = {:.6g} s): {} particles have left the mesh, and {} may "
-      "(analysis.lost_share){}. "
-      "Enlarge the mesh, constrain its boundary nodes, or let all such particles be removed with "
-      "\"locate_particles\": false in \"analysis\".",
+      "step {} (t = {:.6g} s): more particles have left the mesh than may, {} and not {} "
+      "(analysis.lost_share){}. Enlarge the mesh, constrain its boundary nodes, or let all such "
+      "particles be removed with \"locate_particles\": false in \"analysis\".",
       step_, time(), removed_, model_.analysis.most_lost,
       last_removed_.empty() ? "" : "; the last one was " + last_removed_));
 }
