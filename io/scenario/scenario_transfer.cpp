@@ -174,8 +174,8 @@ Depths ScenarioBuilder<Dim>::depths() const {
 // relaxation stops them.
 template <int Dim>
 bool ScenarioBuilder<Dim>::is_of_elastic_bodies() const {
-  return mesh_ && !is_implicit(model_.analysis) && model_.analysis.contact.bodies <= 1 &&
-         liquids_.empty() && info(mesh_->element()).order == 1 &&
+  return mesh_ && !is_implicit(model_.analysis) && liquids_.empty() &&
+         info(mesh_->element()).order == 1 &&
          std::all_of(model_.materials.begin(), model_.materials.end(),
                      [](const Material& material) { return is_elastic(material.law); });
 }

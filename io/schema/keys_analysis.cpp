@@ -461,19 +461,18 @@ const Section& analysis_section() {
            .native = true},
           {.key = "velocity_update_settings",
            .kinds = object,
-           .help =
-               "how much particles keep of their own velocities. Default if `velocity_update` "
-               "is not written either: relaxation 0.05 (elastic bodies on boxes without contact "
-               "have velocity_update apic). If gravity acts and any material is "
-               "not a fluid: relaxation 0.01 and viscosity 0.0075 sqrt(g H^3); if any is of "
-               "grains without a liquid in their pores, relaxation 0.03 of order 3 and "
-               "viscosity 0.003 sqrt(g H^3); with functions of elements always 0.05 of order 1 "
-               "and 0.015 sqrt(g H^3). H is the mean depth: the volume "
-               "of the particles, divided by the area of their bounding box seen along "
-               "gravity; if they are deeper than wide, the root of depth times width. Where "
-               "waves of what flows have a speed c above 15 sqrt(2 g H), "
-               "relaxation of order 1 is multiplied by 15 sqrt(2 g H) / c. The preset cbgeo "
-               "has no such default",
+           .help = "how much particles keep of their own velocities. Default if `velocity_update` "
+                   "is not written either: relaxation 0.05 (elastic bodies on boxes have "
+                   "velocity_update apic). If gravity acts and any material is "
+                   "not a fluid: relaxation 0.01 and viscosity 0.0075 sqrt(g H^3); if any is of "
+                   "grains without a liquid in their pores, relaxation 0.03 of order 3 and "
+                   "viscosity 0.001 sqrt(g H^3); with functions of elements always 0.05 of order 1 "
+                   "and 0.015 sqrt(g H^3). H is the mean depth: the volume "
+                   "of the particles, divided by the area of their bounding box seen along "
+                   "gravity; if they are deeper than wide, the root of depth times width. Where "
+                   "waves of what flows have a speed c above 15 sqrt(2 g H), "
+                   "relaxation of order 1 is multiplied by 15 sqrt(2 g H) / c. The preset cbgeo "
+                   "has no such default",
            .section = blending_section},
           {.key = "dt",
            .kinds = number,

@@ -126,6 +126,39 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("elastic bodies that may meet others spin on, with defaults") {
+  constexpr double omega = 5;  // [1/s]
+  Model<2> model = model_of_text<2>(R"({
+    "mesh": {"structured": {"cell_size": 0.1, "extent": [4, 2]}},
+    "materials": [
+      {"name": "one", "type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+       "poisson_ratio": 0.3},
+      {"name": "other", "type": "NeoHookean", "density": 2000, "youngs_modulus": 1e7,
+       "poisson_ratio": 0.3}],
+    "particles": [
+      {"generator": {"type": "region", "per_cell": 2, "material": "one",
+                     "region": {"sphere": {"centre": [1, 1], "radius": 0.4}}}},
+      {"generator": {"type": "region", "per_cell": 2, "material": "other",
+                     "region": {"sphere": {"centre": [3, 1], "radius": 0.4}}}}],
+    "analysis": {"preset": "lahar", "interface": true, "contact": {"friction": 0.3},
+                 "end_time": 1.5}})");
+  Index first = 0;
+  for (std::size_t p = 0; p < model.particles.x.size(); ++p) {
+    const bool other = model.particles.material[p] == 1;
+    if (!other) ++first;
+    const Vec<2> r = model.particles.x[p] - Vec<2>(other ? 3 : 1, 1);
+    model.particles.velocity[p] = omega * Vec<2>(-r[1], r[0]);
+  }
+  Simulation simulation(std::move(model));
+  const Motion before = motion_of(simulation.frame(), first);
+  const double kinetic = simulation.history().kinetic;
+  simulation.run();
+  const Motion after = motion_of(simulation.frame(), first);
+  CHECK(before.spin == doctest::Approx(omega));
+  CHECK(after.inertia * after.spin == doctest::Approx(before.inertia * before.spin).epsilon(0.01));
+  CHECK(simulation.history().kinetic == doctest::Approx(kinetic).epsilon(0.05));
+}
+
 // Turning is resisted as if the normal force acted a quarter to a third of a cell ahead of the
 // centre (from spins; 4 and 8 cells per radius): nodes ahead of the lowest point are pressed, and
 // bodies part behind it. Half of the cell more than halves the errors.
