@@ -143,6 +143,7 @@ TEST_CASE("elastic bodies that may meet others spin on, with defaults") {
     "analysis": {"preset": "lahar", "interface": true, "contact": {"friction": 0.3},
                  "end_time": 1.5}})");
   Index first = 0;
+  model.particles.velocity.assign(model.particles.x.size(), Vec<2>::Zero());
   for (std::size_t p = 0; p < model.particles.x.size(); ++p) {
     const bool other = model.particles.material[p] == 1;
     if (!other) ++first;
