@@ -127,10 +127,12 @@ template <int Dim>
 void ScenarioBuilder<Dim>::build_lost_share(JsonValue& analysis) {
   constexpr double few = 1e-3;
   Analysis& a = model_.analysis;
-  const bool fly = !written(analysis, "locate_particles") && !in_.cbgeo_defaults && any_granular();
+  const auto must_stay = get_bool(analysis, "locate_particles");
+  const bool fly = !must_stay && !in_.cbgeo_defaults && any_granular();
   const double share = get_number(analysis, "lost_share").value_or(fly ? few : 0.0);
-  if (!analysis.find("lost_share")) set(analysis, "lost_share", share);
-  a.remove_leaving_particles = !get_bool(analysis, "locate_particles").value_or(true);
+  set(analysis, "locate_particles", must_stay.value_or(true));
+  set(analysis, "lost_share", share);
+  a.remove_leaving_particles = !must_stay.value_or(true);
   if (a.remove_leaving_particles) return;
   const Index all = team_.sum(static_cast<Index>(model_.particles.x.size()));
   const auto most = static_cast<Index>(share * static_cast<double>(all));

@@ -515,8 +515,8 @@ const Section& analysis_section() {
                    "the scenario's file name"},
           {.key = "locate_particles",
            .kinds = boolean,
-           .help = "false: remove particles that leave the mesh, instead of stopping the run",
-           .fallback = "true"},
+           .help = "false: remove particles that leave the mesh, instead of stopping the run. "
+                   "Default true, but for the few of lost_share"},
           {.key = "lost_share",
            .kinds = number,
            .help = "share of the particles that may leave the mesh. They are removed, and the run "
