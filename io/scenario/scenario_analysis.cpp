@@ -125,7 +125,7 @@ void ScenarioBuilder<Dim>::build_analysis() {
 /// How far single grains fly is chance: a few of many may leave the mesh.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_lost_share(JsonValue& analysis) {
-  constexpr double few = 1e-3;
+  constexpr double few = 5e-3;
   Analysis& a = model_.analysis;
   const auto must_stay = get_bool(analysis, "locate_particles");
   const bool fly = !must_stay && !in_.cbgeo_defaults && any_granular();

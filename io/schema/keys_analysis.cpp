@@ -520,7 +520,7 @@ const Section& analysis_section() {
           {.key = "lost_share",
            .kinds = number,
            .help = "share of the particles that may leave the mesh. They are removed, and the run "
-                   "warns. It ends when more have left. Default 0.001 if a material is granular "
+                   "warns. It ends when more have left. Default 0.005 if a material is granular "
                    "(it has a tension limit and is not a fluid) and locate_particles is not given: "
                    "single grains fly far. Else 0",
            .unit = "-",
