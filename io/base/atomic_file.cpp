@@ -163,9 +163,14 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::commit(const std::function<void()>& check) {
-  sync_path(temporary_, target_, O_RDONLY);
-  if (check) check();
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw_io_error("write", target_, errno);
+  try {
+    sync_path(temporary_, target_, O_RDONLY);
+    if (check) check();
+    if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw_io_error("write", target_, errno);
+  } catch (const IoError&) {
+    if (check) check();  // it may know why
+    throw;
+  }
   committed_ = true;
   const fs::path folder = target_.parent_path();
   sync_path(folder.empty() ? fs::path(".") : folder, target_, O_RDONLY | O_DIRECTORY);

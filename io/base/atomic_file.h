@@ -62,7 +62,7 @@ class AtomicFile {
   const std::filesystem::path& temporary() const { return temporary_; }
   const std::filesystem::path& target() const { return target_; }
   /// Bring the temporary file to the disk and give it its name, replacing an older file; before the
-  /// latter call `check`, which may throw.
+  /// latter, and where this fails, call `check`, which may throw.
   void commit(const std::function<void()>& check = {});
 
  private:
