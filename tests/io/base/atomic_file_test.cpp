@@ -25,7 +25,7 @@ TEST_CASE("a file that is not committed leaves nothing, and one that is replaces
   CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 1);
 }
 
-TEST_CASE("where a file cannot get its name, whoever may know why is asked") {
+TEST_CASE("a file that cannot get its name asks its caller for the reason") {
   const test::TemporaryFolder folder;
   AtomicFile file(folder.path / "whole.txt");
   std::ofstream(file.temporary()) << "whole";
