@@ -133,7 +133,7 @@ void ScenarioBuilder<Dim>::build_lost_share(JsonValue& analysis) {
   set(analysis, "locate_particles", must_stay.value_or(true));
   set(analysis, "lost_share", share);
   a.remove_leaving_particles = !must_stay.value_or(true);
-  if (a.remove_leaving_particles) return;
+  if (a.remove_leaving_particles || share == 0) return;
   const Index all = team_.sum(static_cast<Index>(model_.particles.x.size()));
   const auto most = static_cast<Index>(share * static_cast<double>(all));
   if (most == 0) return;

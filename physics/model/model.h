@@ -330,9 +330,8 @@ struct Analysis {
       false;  ///< particles that leave the mesh are removed, not an error
   /// The run fails when more of them have left.
   Index most_lost = std::numeric_limits<Index>::max();
-  bool all_may_leave() const {
-    return remove_leaving_particles && most_lost == std::numeric_limits<Index>::max();
-  }
+  bool few_may_leave() const { return most_lost < std::numeric_limits<Index>::max(); }
+  bool all_may_leave() const { return remove_leaving_particles && !few_may_leave(); }
   bool as_cbgeo =
       false;  ///< what CB-Geo MPM computes where that deviates (io/schema/cbgeo_deviations.h)
   /// Target particles per patch; part of the result's identity. Measured on one core, plate and H8

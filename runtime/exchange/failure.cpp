@@ -64,6 +64,13 @@ std::string name_of(Index id, Index injected) {
   return id >= injected ? "an injected particle" : fmt::format("particle {}", id);
 }
 
+/// `x` [m] and `v` [m/s] may have more components than the model.
+template <int Dim>
+std::string describe(const std::string& name, std::span<const double> x,
+                     std::span<const double> v) {
+  return fmt::format("{} at {} m, velocity {} m/s", name, tuple(x.first(Dim)), tuple(v.first(Dim)));
+}
+
 }  // namespace
 
 template <int Dim>
@@ -73,25 +80,20 @@ std::string describe_particle(const Particles<Dim>& particles, Local p, Index in
     x[static_cast<std::size_t>(d)] = particles.row(Column::x, d)[p];
     v[static_cast<std::size_t>(d)] = particles.row(Column::v, d)[p];
   }
-  return fmt::format("{} at {} m, velocity {} m/s",
-                     name_of(particles.id[static_cast<std::size_t>(p)], injected), tuple(x),
-                     tuple(v));
+  return describe<Dim>(name_of(particles.id[static_cast<std::size_t>(p)], injected), x, v);
 }
 
 template <int Dim>
 std::string describe_particle(const RemovedParticle& particle) {
-  constexpr std::size_t n = Dim;
-  return fmt::format("particle {} at {} m, velocity {} m/s", particle.id,
-                     tuple(std::span(particle.position).first(n)),
-                     tuple(std::span(particle.velocity).first(n)));
+  return describe<Dim>(fmt::format("particle {}", particle.id), particle.position,
+                       particle.velocity);
 }
 
 template <int Dim>
 std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, Index injected) {
   constexpr std::size_t n = Dim;
-  const std::string particle = fmt::format(
-      "{} at {} m, velocity {} m/s", name_of(fault.particle, injected),
-      tuple(std::span(fault.position).first(n)), tuple(std::span(fault.velocity).first(n)));
+  const std::string particle =
+      describe<Dim>(name_of(fault.particle, injected), fault.position, fault.velocity);
   const std::string more =
       fault.count > 1 ? fmt::format(" (and {} more here)", fault.count - 1) : "";
   switch (fault.kind) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -15,7 +14,7 @@ namespace {
 /// Particles that left a patch [-] wait in its memory until the graph drains. So many of them, 70
 /// KiB, make it drain, because perhaps nothing else does. Where few may leave, one of them does.
 std::size_t most_removed(const Analysis& analysis) {
-  return analysis.most_lost < std::numeric_limits<Index>::max() ? 1 : 1000;
+  return analysis.few_may_leave() ? 1 : 1000;
 }
 
 }  // namespace

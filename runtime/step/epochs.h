@@ -51,9 +51,9 @@ class Epochs {
 
  private:
   PatchSet<Dim>& patches_;
-  Index split_steps_;     ///< steps between looks for crowded patches; 0 = never
-  Index most_particles_;  ///< up to which a patch is not split
-  std::size_t most_removed_;
+  Index split_steps_;         ///< steps between looks for crowded patches; 0 = never
+  Index most_particles_;      ///< up to which a patch is not split
+  std::size_t most_removed_;  ///< particles that may wait in a patch
   Communicator ranks_;
   RankBalance<Dim> balance_;
   std::atomic<bool> rebuild_{false};

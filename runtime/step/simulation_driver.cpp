@@ -6,7 +6,6 @@
 #endif
 
 #include <algorithm>
-#include <limits>
 #include <span>
 #include <tuple>
 
@@ -250,7 +249,7 @@ void SimulationDriver<Dim>::take_removed() {
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::tie(a.step, a.id) < std::tie(b.step, b.id);
   });
-  if (removed_ == 0) warn_of_lost(all.front());
+  if (removed_ == 0 && model_.analysis.few_may_leave()) warn_of_lost(all.front());
   removed_ += static_cast<Index>(all.size());
   last_removed_ = describe_particle<Dim>(all.back());
   if (observer_.removed) attempt([&] { observer_.removed(all); });
@@ -259,11 +258,10 @@ void SimulationDriver<Dim>::take_removed() {
 template <int Dim>
 void SimulationDriver<Dim>::warn_of_lost(const RemovedParticle& first) {
   const Index most = model_.analysis.most_lost;
-  if (most < std::numeric_limits<Index>::max())
-    warn(
-        fmt::format("{} left the mesh in step {} and was removed. The run ends when more than {} "
-                    "{} left it (analysis.lost_share). Enlarge the mesh to keep them.",
-                    describe_particle<Dim>(first), first.step, most, most == 1 ? "has" : "have"));
+  warn(
+      fmt::format("{} left the mesh in step {} and was removed. The run ends when more than {} "
+                  "{} left it (analysis.lost_share). Enlarge the mesh to keep them.",
+                  describe_particle<Dim>(first), first.step, most, most == 1 ? "has" : "have"));
 }
 
 template <int Dim>
