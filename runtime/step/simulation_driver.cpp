@@ -37,6 +37,7 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
       ranks_(options_.ranks),
       phases_(phases_of(stages(), ranks_.several())),
       watch_(model_, patches_, ranks_, [this](const std::string& text) { warn(text); }),
+      lost_(model_.analysis, [this](const std::string& text) { warn(text); }),
       patches_(make_patches(state)),
       rest_(model_, patches_, ranks_),
       log_(model_.injections,
@@ -114,7 +115,7 @@ void SimulationDriver<Dim>::start(const SimulationState* state) {
 template <int Dim>
 void SimulationDriver<Dim>::resume(const RunState& run) {
   step_ = run.step;
-  removed_ = run.removed;
+  lost_.resume(run.removed, run.step);
   epochs_.resume(run.split_step);
   history_.resume(run.kinetic_at_start, run.work);
   gauges_.resume(run.gauges);
@@ -131,7 +132,7 @@ template <int Dim>
 void SimulationDriver<Dim>::advance(Index steps) {
   const Step end = std::min<Step>(step_ + steps, time_.nsteps());
   stops_ = stop_asked_ = false;
-  throw_if_lost();
+  lost_.throw_if_too_many(step_, time_.nsteps(), time());
   watch_.throw_alarm(step_, time_.nsteps());
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(step_);
   while (step_ < end && !finished() && !stops_) {
@@ -152,9 +153,11 @@ void SimulationDriver<Dim>::advance(Index steps) {
     const bool ends = step_ >= end || finished() || stops_;
     if (ends && nodes_.any()) nodes_.keep(step_);
     change_patches();
-    // What was asked for and comes after the end is written now.
-    if (stager_.due(step_) || (ends && stager_.is_planned_after(step_))) write_checkpoint();
-    throw_if_lost();
+    // What was asked for and comes after the end is written now. A run that is about to fail goes
+    // on from a state that is not.
+    const bool writes = stager_.due(step_) || (ends && stager_.is_planned_after(step_));
+    if (writes && !lost_.too_many()) write_checkpoint();
+    lost_.throw_if_too_many(step_, time_.nsteps(), time());
     watch_.throw_alarm(step_, time_.nsteps());
   }
 }
@@ -182,7 +185,7 @@ void SimulationDriver<Dim>::prepare_copies() {
     copies_states = budget_.has_room_for(bytes);
     if (copies_states) budget_.add(bytes);
   }
-  stager_.begin(step_, copies_states, removed_, ranks_);
+  stager_.begin(step_, copies_states, lost_.count(), ranks_);
 }
 
 template <int Dim>
@@ -227,6 +230,7 @@ Step SimulationDriver<Dim>::drain_step(Step end) const {
   if (frames_are_large()) end = std::min(end, schedule_.next_frame(step_));
   end = rest_.drain_step(step_, end);
   end = watch_.end_step(step_, end);
+  end = lost_.drain_step(step_, end);
   end = stager_.drain_step(step_, end);
   return epochs_.drain_step(step_, end);
 }
@@ -249,30 +253,8 @@ void SimulationDriver<Dim>::take_removed() {
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::tie(a.step, a.id) < std::tie(b.step, b.id);
   });
-  if (removed_ == 0 && model_.analysis.few_may_leave()) warn_of_lost(all.front());
-  removed_ += static_cast<Index>(all.size());
-  last_removed_ = describe_particle<Dim>(all.back());
+  lost_.add(all);
   if (observer_.removed) attempt([&] { observer_.removed(all); });
-}
-
-template <int Dim>
-void SimulationDriver<Dim>::warn_of_lost(const RemovedParticle& first) {
-  const Index most = model_.analysis.most_lost;
-  warn(
-      fmt::format("{} left the mesh in step {} and was removed. The run ends when more than {} "
-                  "{} left it (analysis.lost_share). Enlarge the mesh to keep them.",
-                  describe_particle<Dim>(first), first.step, most, most == 1 ? "has" : "have"));
-}
-
-template <int Dim>
-void SimulationDriver<Dim>::throw_if_lost() const {
-  if (removed_ <= model_.analysis.most_lost) return;
-  throw WholeStepError(fmt::format(
-      "step {} (t = {:.6g} s): more particles have left the mesh than may, {} and not {} "
-      "(analysis.lost_share){}. Enlarge the mesh, constrain its boundary nodes, or let all such "
-      "particles be removed with \"locate_particles\": false in \"analysis\".",
-      step_, time(), removed_, model_.analysis.most_lost,
-      last_removed_.empty() ? "" : "; the last one was " + last_removed_));
 }
 
 template <int Dim>
@@ -389,7 +371,7 @@ SimulationState SimulationDriver<Dim>::state() const {
   RunState run = run_state(step_);
   run.dt_limit = time_.limit_of(step_);
   run.rigid_bodies = rigid_.state(step_, time());
-  return stager_.present(std::move(run), removed_, ranks_);
+  return stager_.present(std::move(run), lost_.count(), ranks_);
 }
 
 template <int Dim>
@@ -399,7 +381,7 @@ SimulationInfo SimulationDriver<Dim>::info() const {
   info.cells = model_.mesh->n_cells();
   info.nodes = model_.mesh->n_nodes();
   info.particles = ranks_.sum(patches_.particles());
-  info.removed = removed_;
+  info.removed = lost_.count();
   double divided = 0;
   for (int i = 0; i < patches_.size(); ++i) divided += patches_[i].work.divided;
   info.divided =

@@ -18,6 +18,7 @@
 #include "runtime/step/epochs.h"
 #include "runtime/step/gauges.h"
 #include "runtime/step/implicit_solver.h"
+#include "runtime/step/lost_particles.h"
 #include "runtime/step/output_schedule.h"
 #include "runtime/step/pressure_solver.h"
 #include "runtime/step/rest_test.h"
@@ -95,10 +96,6 @@ class SimulationDriver {
   /// All particles that have left the mesh since the last call, on all ranks alike: in an order
   /// that does not depend on when this is called.
   void take_removed();
-  /// The first particle that left where only few may.
-  void warn_of_lost(const RemovedParticle& first);
-  /// At rest: end the run where more have left than may. The message is the same for any ranks.
-  void throw_if_lost() const;
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
   void settle();
   /// While no particle is on its way: then nobody needs the log of injections so far.
@@ -205,6 +202,7 @@ class SimulationDriver {
   std::optional<Phase> whole_;  ///< the one that has a rest, with it
   std::size_t locate_index_ = 0, output_index_ = 0, first_dt_stage_ = 0;
   RunWatch<Dim> watch_;
+  LostParticles<Dim> lost_;
   PatchSet<Dim> patches_;
   RestTest<Dim> rest_;
   InjectionLog log_;
@@ -235,8 +233,6 @@ class SimulationDriver {
   PerStep<double> agreed_limit_;
   PerStep<std::vector<std::vector<Index>>> injected_;  ///< events, by patch
   Step step_ = 0;                                      ///< steps done
-  Index removed_ = 0;                                  ///< particles, of all ranks
-  std::string last_removed_;                           ///< of them, in words
   std::atomic<bool> stop_asked_{false};                ///< of this rank
   std::atomic<bool> stops_{false};                     ///< all ranks know of it
   AtomicLeast stop_before_;                            ///< a step that is not taken any more

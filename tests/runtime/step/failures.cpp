@@ -201,6 +201,34 @@ TEST_CASE("where few particles may leave the mesh, more end the run") {
   }
 }
 
+TEST_CASE("where too many particles leave, the run ends in the same step, interrupted or not") {
+  // The first four are already too many. Others leave until the run ends.
+  Model<2> model = moving("[1, 0]", "[3, 4]", "[1, 0]");
+  model.analysis.remove_leaving_particles = true;
+  model.analysis.most_lost = 3;
+  const Outcome reference = run(model, serial());
+  CHECK(reference.rows.back().step == 13 + 4);
+  CHECK(reference.error.find("step 17 (") == 0);
+  std::vector<ExecutionOptions> ways = every_way();
+  ways.push_back(serial());
+  for (const ExecutionOptions& way : ways) {
+    CAPTURE(describe(way));
+    CHECK(same_bits(run(model, way), reference));
+    for (const Index pieces : {1, 2, 3, 5}) {
+      CAPTURE(pieces);
+      Simulation simulation(model, way);
+      std::string error;
+      try {
+        while (!simulation.finished()) simulation.advance(pieces);
+      } catch (const SimulationError& thrown) {
+        error = thrown.what();
+      }
+      CHECK(error == reference.error);
+      CHECK(simulation.step() == 17);
+    }
+  }
+}
+
 TEST_CASE("the first particle that leaves where few may is told of, the others are counted") {
   Model<2> model = moving("[1, 0]", "[3, 4]", "[1, 0]");
   model.analysis.remove_leaving_particles = true;
