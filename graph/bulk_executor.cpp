@@ -1,6 +1,5 @@
 /// \file The step graph as codes without one run it: all patches do a phase, then everybody waits
 /// for everybody. For comparison only.
-#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -16,10 +15,8 @@ namespace {
 class BulkExecutor final : public Executor {
  public:
   BulkExecutor(TaskGraph graph, TaskBodies bodies, int threads, Remote* remote)
-      : Executor(std::move(graph), std::move(bodies)),
-        remote_(remote),
-        threads_(static_cast<std::size_t>(threads)),
-        arena_(threads) {
+      : Executor(std::move(graph), std::move(bodies)), remote_(remote), arena_(threads) {
+    allow_threads(threads);
     const auto stages = graph_.stages.size();
     came_.assign(stages, 0);
     expected_.assign(stages, 0);
@@ -29,8 +26,6 @@ class BulkExecutor final : public Executor {
 
   Step run(Step first, Step end) override {
     end_ = end;
-    const oneapi::tbb::global_control parallelism(
-        oneapi::tbb::global_control::max_allowed_parallelism, threads_);
     arena_.execute([&] {
       for (Step step = first; step < end_; ++step) take(step, first);
     });
@@ -87,7 +82,6 @@ class BulkExecutor final : public Executor {
   }
 
   Remote* remote_;
-  std::size_t threads_;
   oneapi::tbb::task_arena arena_;
   std::vector<int> came_, expected_;  ///< messages after each stage
   bool agreed_ = false;

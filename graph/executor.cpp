@@ -1,8 +1,11 @@
 #include "graph/executor.h"
 
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 
 #include <algorithm>
+#include <memory>
+#include <mutex>
 #include <random>
 
 #include "graph/distributed_flow.h"
@@ -12,6 +15,18 @@ namespace lahar {
 
 int available_threads() {
   return oneapi::tbb::info::default_concurrency();
+}
+
+void allow_threads(int threads) {
+  using oneapi::tbb::global_control;
+  constexpr auto limit = global_control::max_allowed_parallelism;
+  static std::mutex mutex;
+  static std::unique_ptr<global_control> own;
+  const std::lock_guard lock(mutex);
+  const auto wanted = static_cast<std::size_t>(threads);
+  if (wanted <= global_control::active_value(limit)) return;
+  // The smallest limit that exists holds for all. The former one ends when the new one has begun.
+  own = std::make_unique<global_control>(limit, wanted);
 }
 
 void Executor::request_stop(Step step) {

@@ -19,6 +19,9 @@ inline constexpr Step max_lead = 4;
 
 /// Threads that this process may use (affinity respected).
 int available_threads();
+/// TBB may use so many threads from now on, also more than there are cores. Nothing lowers the
+/// limit again: TBB warns of each arena that wants more threads than the limit of that moment.
+void allow_threads(int threads);
 
 /// What the executor calls. Bodies of different tasks run concurrently where the graph allows it.
 struct TaskBodies {

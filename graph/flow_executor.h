@@ -14,7 +14,6 @@
 #pragma once
 
 #include <oneapi/tbb/flow_graph.h>
-#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <array>
@@ -62,10 +61,6 @@ class FlowExecutor : public Executor {
     missed_at_.assign(noting_ ? step_.size() : 0, 0);
     // Counters keep what a stopped run left in them.
     for (std::size_t t = 0; t < needs_.size(); ++t) missing(static_cast<int>(t)) = needs_[t];
-    // Made only now: the smallest limit that exists holds for all, and others may want more
-    // threads.
-    const oneapi::tbb::global_control parallelism(
-        oneapi::tbb::global_control::max_allowed_parallelism, threads_);
     if (first < end)
       arena_.execute([this] {
         flow_->reset();
@@ -83,9 +78,10 @@ class FlowExecutor : public Executor {
   FlowExecutor(TaskGraph graph, TaskBodies bodies, int threads, bool verify)
       : Executor(std::move(graph), std::move(bodies)),
         verify_(verify),
-        threads_(static_cast<std::size_t>(threads)),
+        threads_(threads),
         step_(static_cast<std::size_t>(graph_.tasks())),
         arena_(threads) {
+    allow_threads(threads);
     // A graph runs in the arena of the thread that makes it.
     arena_.execute([this] { flow_ = std::make_unique<oneapi::tbb::flow::graph>(); });
     if (!verify_) return;
@@ -203,7 +199,7 @@ class FlowExecutor : public Executor {
   }
 
   const bool verify_;
-  const std::size_t threads_;
+  const int threads_;
   std::unique_ptr<oneapi::tbb::flow::graph> flow_;
   std::deque<Node> nodes_;  ///< by task
   std::vector<Step> step_;  ///< the step that each task does next; touched by that task only

@@ -1,6 +1,5 @@
 #include "runtime/base/parallel.h"
 
-#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -14,9 +13,7 @@ void parallel_for(int threads, int n, const std::function<void(int)>& body) {
     for (int i = 0; i < n; ++i) body(i);
     return;
   }
-  // Also more threads than cores, as a run does.
-  const oneapi::tbb::global_control parallelism(
-      oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  allow_threads(threads);
   oneapi::tbb::task_arena arena(threads);
   arena.execute([&] { oneapi::tbb::parallel_for(0, n, body); });
 }

@@ -1,14 +1,17 @@
 // Executors: every order that the edges allow, and no other; how far patches run ahead; stopping.
 #include <doctest/doctest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <deque>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <string>
 #include <thread>
 
 #include "graph/distributed_flow.h"
@@ -60,6 +63,30 @@ TEST_CASE("every executor takes every task through every step in an order that t
           CHECK(watch.firings() == steps * static_cast<long>(stages.size() * neighbours.size()));
           if (adaptive) CHECK(watch.dt_known_before() == first + steps);
         }
+}
+
+TEST_CASE("more threads than cores are taken without a word on standard error") {
+  std::FILE* const file = std::tmpfile();
+  REQUIRE(file);
+  std::fflush(stderr);
+  const int before = dup(STDERR_FILENO);
+  dup2(fileno(file), STDERR_FILENO);
+  const std::vector<Stage> stages = one_exchange(false);
+  const Neighbours neighbours = block(5, 4);
+  for (const int more : {3, 1, 2}) {
+    Watch watch(stages, neighbours, 0);
+    const auto executor = make_executor(Kind::flow, make_task_graph(stages, neighbours),
+                                        watch.bodies(), available_threads() + more);
+    executor->run(0, 20);
+  }
+  std::fflush(stderr);
+  dup2(before, STDERR_FILENO);
+  close(before);
+  std::rewind(file);
+  std::string said(4096, '\0');
+  said.resize(std::fread(said.data(), 1, said.size(), file));
+  std::fclose(file);
+  CHECK(said == "");
 }
 
 namespace {
