@@ -108,11 +108,9 @@ struct MohrCoulombStrength {
 ///
 /// The return is a cutting-plane algorithm (Simo and Ortiz 1985) whose first step is along the
 /// tangent at the stress before where that lies on the yield surface, as in the reference code; but
-/// it goes on until the yield functions are zero but for rounding. Large increments return from the
-/// trial stress alone: along the tangent the deviator would turn too far, to the other side of the
-/// flow, once an increment is more than about twice the yield strain. And they end at an edge,
-/// where two principal stresses are equal, as soon as a step goes beyond it: else steps go to and
-/// fro across it, and where they end depends on the increment in no smooth way.
+/// it goes on until the yield functions are zero but for rounding. Where it ends depends on the way
+/// of its steps, which for increments of more than about the yield strain is no continuous function
+/// of the increment. Implicit steps, whose increments may be large, return by MohrCoulombReturn.
 class MohrCoulombUpdate {
  public:
   static constexpr auto& state = MohrCoulomb::state;
@@ -147,6 +145,9 @@ class MohrCoulombUpdate {
   static constexpr int pack_steps = 12, single_steps = 100;
   /// Rounding of yield functions, as a share of stresses; of a stress that lies on the surface.
   static constexpr double rounding = 1e-12, on_surface = 1e-9;
+  /// Of the potential in tension: its sections, and its offset as a share of the largest tension,
+  /// as that in shear of the cohesion.
+  static constexpr double tension_eccentricity = 0.6, tension_scale = 1.0 / 3.0, offset_share = 0.1;
   static constexpr double cbgeo_tolerance = 0.1;  ///< [Pa]
 
   template <class Number>
@@ -179,6 +180,10 @@ class MohrCoulombUpdate {
                                                const Strength<Real>& s, Real& pdstrain,
                                                const StressPoint<Rows, Real>& trial,
                                                unsigned lanes_to_do, int steps) const;
+  template <int Rows, class Real>
+  [[gnu::noinline]] unsigned return_from_far(Real* stress, const Strength<Real>& s, Real& pdstrain,
+                                             const StressPoint<Rows, Real>& trial,
+                                             unsigned lanes_to_do) const;
 
   double K_, G_, cutoff_;
   bool softening_, as_cbgeo_;

@@ -1,6 +1,7 @@
 /// \file The return mapping of Mohr-Coulomb; see mohr_coulomb_law.h.
 #pragma once
 
+#include "physics/materials/mohr_coulomb_large.h"
 #include "physics/materials/mohr_coulomb_law.h"
 
 namespace lahar {
@@ -74,7 +75,7 @@ inline MohrCoulombUpdate::MohrCoulombUpdate(const MohrCoulomb& law)
   };
   peak_psi_ = law.dilation * radian;
   residual_psi_ = law.residual_dilation * radian;
-  hyperbola_ = 0.1 * law.cohesion;
+  hyperbola_ = offset_share * law.cohesion;
   peak_ = of(law.friction * radian, peak_psi_, law.cohesion);
   residual_ = of(law.residual_friction * radian, residual_psi_, law.residual_cohesion);
   peak_pdstrain_ = law.peak_pdstrain;
@@ -173,10 +174,9 @@ template <class Real>
 LAHAR_INLINE void MohrCoulombUpdate::potential(const Invariants<Real>& at, const Strength<Real>& s,
                                                unsigned tension, const Real& per_theta,
                                                Direction<Real>& to) const {
-  constexpr double tension_eccentricity = 0.6;
   const Real e = select(tension, Real(tension_eccentricity), s.eccentricity);
-  const Real scale = select(tension, Real(1.0 / 3.0), s.scale);
-  const Real off = select(tension, Real(0.1 * cutoff_), hyperbola_ * s.tan_psi);
+  const Real scale = select(tension, Real(tension_scale), s.scale);
+  const Real off = select(tension, Real(offset_share * cutoff_), hyperbola_ * s.tan_psi);
   const Real k = 1.0 - e * e, two_e = 2.0 * e - 1.0, cos2 = at.cos * at.cos;
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
   const Real square = 4.0 * k * cos2 + 5.0 * e * e - 4.0 * e;
@@ -263,8 +263,9 @@ LAHAR_INLINE Failures MohrCoulombUpdate::update(const LawInput<Dim, Real>& in, R
     Real start[rows], returned[rows], pdstrain = q[6];
     LAHAR_UNROLL
     for (int k = 0; k < rows; ++k) start[k] = stress[k], returned[k] = trial[k];
-    left = return_to_surface<rows>(in.large ? nullptr : start, returned, s, pdstrain, at, in.active,
-                                   pack_steps);
+    left = in.large
+               ? return_from_far<rows>(returned, s, pdstrain, at, in.active)
+               : return_to_surface<rows>(start, returned, s, pdstrain, at, in.active, pack_steps);
     if (left) failures = update_lane_by_lane<Dim>(*this, in, start, q, left);
     q[6] = select(left, q[6], pdstrain);
     LAHAR_UNROLL
@@ -318,7 +319,8 @@ bool MohrCoulombUpdate::update_one(const IncrementOf<Number>& in, VoigtOf<Number
   elastic_stress(in, stress, trial);
   StressPoint<6, Real> at;
   deviator_of(trial, at);
-  if (return_to_surface<6>(in.large ? nullptr : start, trial, s, q[6], at, 1, single_steps))
+  if (in.large ? return_from_far<6>(trial, s, q[6], at, 1)
+               : return_to_surface<6>(start, trial, s, q[6], at, 1, single_steps))
     return false;
   for (int k = 0; k < 6; ++k) stress[static_cast<std::size_t>(k)] = lane_of(trial[k], 0);
   for (int k = 0; k < 7; ++k) state[k] = lane_of(q[k], 0);
@@ -392,8 +394,8 @@ LAHAR_INLINE unsigned MohrCoulombUpdate::step_along_tangent(const Real* start, R
 }
 
 /// `stress` is the trial stress before and the stress that the law allows after; `trial` is that
-/// point with deviator_of(). Without `start` no step goes along the tangent. Returns the lanes of
-/// `lanes_to_do` that need more than `steps` steps. Their results are not meant to be used.
+/// point with deviator_of(). Returns the lanes of `lanes_to_do` that need more than `steps` steps.
+/// Their results are not meant to be used.
 template <int Rows, class Real>
 unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
                                               const Strength<Real>& s, Real& pdstrain,
@@ -412,8 +414,7 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
   if (plastic == 0) return 0;
   unsigned left = plastic;
   const Real before = pdstrain;
-  const unsigned tangent =
-      start ? step_along_tangent<Rows>(start, stress, s, size, pdstrain, left) : 0u;
+  const unsigned tangent = step_along_tangent<Rows>(start, stress, s, size, pdstrain, left);
 
   // The tangent may end inside of the surface, where it is curved: then it goes back to it, unless
   // the surface itself comes to meet it in the next increment.
@@ -427,7 +428,7 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
   // another one has moved along its tangent.
   point_of(stress, point, least_J2_);
   DeviatoricPlane<Rows, Real> plane(point);
-  unsigned edge = plane.edge();  // where the angle does not change any more
+  const unsigned edge = plane.edge();  // where the angle does not change any more
   bool first = true;
   for (int step = 0; step <= steps; ++step) {
     Real order;
@@ -464,13 +465,66 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
     plane.y = select(left, select(to_apex, Real(0.0), y), plane.y);
     pdstrain = select(left, select(to_apex, whole, pdstrain + multiplier * d.per_strain), pdstrain);
     left &= ~to_apex;
-    if (!start) edge |= left & plane.stop_at_edges();
     if (left == 0) break;
   }
   // A step back to the surface, or a tangent that the increment leaves, takes from it.
   if (!as_cbgeo_) pdstrain = select(plastic, max(pdstrain, before), pdstrain);
   LAHAR_UNROLL
   for (int k = 0; k < Rows; ++k) stress[k] = select(plastic, plane.stress(k), stress[k]);
+  return left;
+}
+
+/// The same for increments of any size, lane by lane. Returns the lanes where it was not found.
+template <int Rows, class Real>
+unsigned MohrCoulombUpdate::return_from_far(Real* stress, const Strength<Real>& s, Real& pdstrain,
+                                            const StressPoint<Rows, Real>& trial,
+                                            unsigned lanes_to_do) const {
+  using Number = NumberOf<Real>;
+  using Return = MohrCoulombReturn;
+  StressPoint<Rows, Real> point = trial;
+  lode_of(point, least_J2_);
+  const Real size = trial.rho + max(trial.p, -trial.p) + s.cohesion;
+  Real ft, fs;
+  yield_functions(invariants_of(point), s, ft, fs);
+  const unsigned plastic =
+      (greater(ft, rounding * size) | greater(fs, rounding * size)) & lanes_to_do;
+  if (plastic == 0) return 0;
+  DeviatoricPlane<Rows, Real> plane(point);
+  unsigned left = 0;
+  for (int lane = 0; lane < lanes<Real>; ++lane) {
+    if (!(plastic >> lane & 1)) continue;
+    const auto of = [&](const Real& pack) { return value_of(lane_of(pack, lane)); };
+    const double unit = of(size), per = 1 / unit;
+    const double per_cos = of(s.per_cos), sin_phi = of(s.sin_phi), tan_psi = of(s.tan_psi);
+    const std::array<Return::Surface, 2> surfaces{
+        {{root3_2 * per_cos * (0.5 + sin_phi / 6.0),
+          root3_2 * per_cos * (0.5 / root3 - root3 / 6.0 * sin_phi), sin_phi * per_cos,
+          per * of(s.cohesion)},
+         {root2_3, 0.0, 1.0, per * cutoff_}}};
+    const std::array<Return::Potential, 2> potentials{
+        {{of(s.eccentricity), of(s.scale), per * hyperbola_ * tan_psi, tan_psi},
+         {tension_eccentricity, tension_scale, per * offset_share * cutoff_, 1.0}}};
+    Return to(surfaces, potentials, K_ / (2.0 * G_), per * std::min(cutoff_, of(s.apex)));
+    const Return::PointOf<Number> begin{per * lane_of(plane.x, lane), per * lane_of(plane.y, lane),
+                                        per * lane_of(plane.p, lane)};
+    if (!to.solve({value_of(begin.x), value_of(begin.y), value_of(begin.p)})) {
+      left |= 1u << lane;
+      continue;
+    }
+    const Return::PointOf<Number> end = to.end(begin);
+    // The strain of steps along the deviator, as in steps along tangents.
+    const double x = value_of(end.x), y = value_of(end.y), rho = std::hypot(x, y),
+                 whole = std::hypot(value_of(begin.x), value_of(begin.y));
+    const double along =
+        rho > 0 ? (value_of(begin.x) * x + value_of(begin.y) * y) / rho - rho : whole;
+    set_lane(plane.x, lane, unit * end.x);
+    set_lane(plane.y, lane, unit * end.y);
+    set_lane(plane.p, lane, unit * end.p);
+    set_lane(pdstrain, lane,
+             lane_of(pdstrain, lane) + Number(0.5 / G_ * root2_3 * unit * std::max(along, 0.0)));
+  }
+  LAHAR_UNROLL
+  for (int k = 0; k < Rows; ++k) stress[k] = select(plastic & ~left, plane.stress(k), stress[k]);
   return left;
 }
 

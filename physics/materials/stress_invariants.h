@@ -223,15 +223,6 @@ struct DeviatoricPlane {
     return {p, rho2 * per_rho, per_rho, select(greater(rho2, Real(0.0)), u * per_rho, Real(1.0)),
             w * per_rho};
   }
-  /// Points beyond 0 or 60 degrees go back to where two principal stresses are equal, and so does
-  /// what depends on the angle. Returns their lanes.
-  LAHAR_INLINE unsigned stop_at_edges() {
-    const unsigned first = greater(Real(0.0), y), second = greater(y, root3 * x);
-    const Real along = max(Real(0.5 * x + (0.5 * root3) * y), Real(0.0));
-    x = select(second, 0.5 * along, x);
-    y = select(second, (0.5 * root3) * along, select(first, Real(0.0), y));
-    return first | second;
-  }
   /// Component k of the stress of the point.
   LAHAR_INLINE Real stress(int k) const {
     const Real deviator =

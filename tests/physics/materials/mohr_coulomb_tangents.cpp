@@ -101,12 +101,13 @@ TEST_CASE("tangents of Mohr-Coulomb and Tresca are derivatives on faces, edges a
                    .dilation = 8,
                    .cohesion = 2000,
                    .tension_cutoff = 500};
-  MohrCoulomb dilating = soil, clay = soil, torn_clay = soil;
+  MohrCoulomb dilating = soil, clay = soil, torn_clay = soil, sand = soil;
   dilating.dilation = 32, dilating.tension_cutoff = 3200;
   clay.friction = clay.dilation = 0, clay.tension_cutoff = 1e9;
   torn_clay.friction = torn_clay.dilation = 0;
+  sand.cohesion = sand.tension_cutoff = 0;
   std::map<std::string, int> seen;
-  for (const MohrCoulomb& law : {soil, dilating, clay, torn_clay}) {
+  for (const MohrCoulomb& law : {soil, dilating, clay, torn_clay, sand}) {
     CAPTURE(law.friction);
     CAPTURE(law.dilation);
     CAPTURE(law.tension_cutoff);
