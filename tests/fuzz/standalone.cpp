@@ -11,6 +11,7 @@
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -35,7 +36,7 @@ namespace {
 using namespace lahar::fuzz;
 namespace fs = std::filesystem;
 
-constexpr unsigned most_seconds = 20;
+constexpr int most_seconds = 20;  // of processor time: others may want the processor, too
 /// The address space: more than any of these inputs asks for.
 constexpr rlim_t most_memory = rlim_t{6} << 30;
 constexpr std::size_t most_bytes = std::size_t{1} << 20;  // of an input
@@ -91,13 +92,19 @@ extern "C" void on_signal(int signal) {
   // (More than may be called here; but the crash was in HDF5, in none of these.)
   if (signal == SIGSEGV && !rest.target.empty() && is_of_hdf5()) go_on();
   // Only what may be called here.
-  const char* words = signal == SIGALRM ? "an input takes too long\n" : "an input crashes\n";
+  const char* words = signal == SIGPROF ? "an input takes too long\n" : "an input crashes\n";
   [[maybe_unused]] auto ignored = ::write(STDERR_FILENO, words, std::strlen(words));
   if (FILE* out = current ? std::fopen(failure_file.c_str(), "wb") : nullptr) {
     std::fwrite(current->data(), 1, current->size(), out);
     std::fclose(out);
   }
   std::_Exit(1);
+}
+
+/// on_signal() comes after so many seconds of processor time; 0 = never.
+void limit_time(int seconds) {
+  const itimerval limit{.it_interval = {}, .it_value = {.tv_sec = seconds, .tv_usec = 0}};
+  ::setitimer(ITIMER_PROF, &limit, nullptr);
 }
 
 /// What came of an input: `failed`, or what was wrong in it, if anything.
@@ -109,7 +116,7 @@ struct Answer {
 
 Answer answer(const Target& target, const std::string& input) {
   current = &input;
-  ::alarm(most_seconds);
+  limit_time(most_seconds);
   std::string why;
   Answer result;
   try {
@@ -122,7 +129,7 @@ Answer answer(const Target& target, const std::string& input) {
   } catch (...) {
     why = "throws something";
   }
-  ::alarm(0);
+  limit_time(0);
   current = nullptr;
   if (why.empty()) return result;
   std::cerr << target.name << ": " << why << "\n";
@@ -233,7 +240,7 @@ int main(int argc, char** argv) {
   const rlimit memory{most_memory, most_memory};
   ::setrlimit(RLIMIT_AS, &memory);
 #endif
-  for (const int signal : {SIGALRM, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL})
+  for (const int signal : {SIGPROF, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL})
     std::signal(signal, on_signal);
   Plan plan;
   std::vector<std::string> files;
