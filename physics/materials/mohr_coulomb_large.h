@@ -67,7 +67,8 @@ class MohrCoulombReturn {
 
   static constexpr int most_iterations = 60, most_halvings = 12;
   /// Residuals; end() squares what is left of them.
-  static constexpr double tolerance = 1e-11, inner_tolerance = 1e-13;
+  static constexpr double tolerance = 1e-11, inner_tolerance = 1e-13, bisection_tolerance = 1e-6,
+                          largest_multiplier = 1e9;
   /// Potentials have no tip sharper than that; so near to it, and ten times as near in the mean
   /// stress, a stress is at the apex.
   static constexpr double least_offset = 1e-9, tip = 3e-8;
@@ -88,6 +89,10 @@ class MohrCoulombReturn {
   void move_to(double x, double y);
   void multiply();
   bool complementary(const Vector& q);
+  double worst() const;
+  bool is_at_apex(double within = tip) const;
+  bool newton(const Point& trial);
+  bool bisect(const Point& trial);
 
   std::array<Surface, 2> f_;
   std::array<Potential, 2> h_;
@@ -196,26 +201,38 @@ inline bool MohrCoulombReturn::complementary(const Vector& q) {
   return L_[0] >= 0 && L_[1] >= 0;
 }
 
+/// The largest residual of yield functions and multipliers.
+inline double MohrCoulombReturn::worst() const {
+  double worst = 0;
+  for (const std::size_t i : {0u, 1u})
+    worst = std::max(worst, L_[i] > 0 ? std::abs(yield(i)) : yield(i));
+  return worst / (1 + L_[0] + L_[1]);
+}
+
+inline bool MohrCoulombReturn::is_at_apex(double within) const {
+  return std::hypot(at_.x, at_.y) < within && at_.p > apex_ - 10 * within;
+}
+
 inline bool MohrCoulombReturn::solve(const Point& trial) {
-  at_ = trial;
-  L_ = {0, 0};
   at_apex_ = !(std::hypot(trial.x, trial.y) > 0);
   if (at_apex_) return true;
+  if (!newton(trial) && !bisect(trial)) return false;
+  at_apex_ = is_at_apex();
+  return true;
+}
+
+inline bool MohrCoulombReturn::newton(const Point& trial) {
+  at_ = trial;
+  L_ = {0, 0};
   Vector before{};
   double least = HUGE_VAL;
   int halvings = 0;
   for (int k = 0; k < most_iterations; ++k) {
     if (!find_deviator(trial)) return false;
     multiply();
-    double worst = 0, residual = 0;
-    for (const std::size_t i : {0u, 1u}) {
-      const double f = yield(i), unmet = std::min(L_[i], -f);
-      worst = std::max(worst, L_[i] > 0 ? std::abs(f) : f);
-      residual += unmet * unmet;
-    }
-    if (worst <= tolerance * (1 + L_[0] + L_[1])) return true;
-    at_apex_ = std::hypot(at_.x, at_.y) < tip && at_.p > apex_ - 10 * tip;
-    if (at_apex_) return true;
+    if (worst() <= tolerance || is_at_apex()) return true;
+    double residual = 0;
+    for (const std::size_t i : {0u, 1u}) residual += std::pow(std::min(L_[i], -yield(i)), 2);
     if (residual > least && halvings < most_halvings) {
       ++halvings;
       for (const std::size_t i : {0u, 1u}) L_[i] = 0.5 * (L_[i] + before[i]);
@@ -230,6 +247,54 @@ inline bool MohrCoulombReturn::solve(const Point& trial) {
     at_.p = trial.p - bulk_ * (L_[0] * h_[0].per_mean + L_[1] * h_[1].per_mean);
   }
   return false;
+}
+
+/// Where Newton's method goes to and fro, at tips: yield functions fall with their multipliers, and
+/// tension falls with its own also where shear's follows from it.
+inline bool MohrCoulombReturn::bisect(const Point& trial) {
+  bool found = true;
+  const auto put = [&](double shear, double tension) {
+    L_ = {shear, tension};
+    at_ = trial;
+    at_.p -= bulk_ * (shear * h_[0].per_mean + tension * h_[1].per_mean);
+    found = found && find_deviator(trial);
+  };
+  // The least multiplier for which f(multiplier), which falls, is not above zero; it is put last.
+  // False: there is none. (Regula falsi that halves what stays, the Illinois method.)
+  const auto least = [&](auto f) {
+    double low = 0, high = 1, f_low = f(low), f_high = 0, end = 0;
+    if (f_low <= 0) return true;
+    while ((end = f_high = f(high)) > 0) {
+      low = high, f_low = f_high, high *= 4;
+      if (high > largest_multiplier || !found) return false;
+    }
+    int side = 0;  // of the last change: -1 = low
+    for (int k = 0; k < most_iterations && end < -inner_tolerance; ++k) {
+      double next = (low * f_high - high * f_low) / (f_high - f_low);
+      if (k % 8 == 7) next = 0.5 * (low + high);
+      if (!(next > low && next < high)) break;
+      const double value = f(next);
+      if (value > 0) {
+        low = next, f_low = value;
+        if (side < 0) f_high *= 0.5;
+      } else {
+        high = next, end = f_high = value;
+        if (side > 0) f_low *= 0.5;
+      }
+      side = value > 0 ? -1 : 1;
+    }
+    return f(high) <= 0;
+  };
+  const auto shear = [&](double tension) {
+    return least([&](double multiplier) {
+      put(multiplier, tension);
+      return yield(0);
+    });
+  };
+  if (!least([&](double tension) { return shear(tension) ? yield(1) : 1.0; }) || !found)
+    return false;
+  multiply();
+  return worst() <= bisection_tolerance || is_at_apex(bisection_tolerance);
 }
 
 template <class Number>
