@@ -90,7 +90,7 @@ class MohrCoulombReturn {
   void multiply();
   bool complementary(const Vector& q);
   double worst() const;
-  bool is_at_apex(double within = tip) const;
+  bool is_at_apex(double within) const;
   bool newton(const Point& trial);
   bool bisect(const Point& trial);
 
@@ -216,9 +216,7 @@ inline bool MohrCoulombReturn::is_at_apex(double within) const {
 inline bool MohrCoulombReturn::solve(const Point& trial) {
   at_apex_ = !(std::hypot(trial.x, trial.y) > 0);
   if (at_apex_) return true;
-  if (!newton(trial) && !bisect(trial)) return false;
-  at_apex_ = is_at_apex();
-  return true;
+  return newton(trial) || bisect(trial);
 }
 
 inline bool MohrCoulombReturn::newton(const Point& trial) {
@@ -230,7 +228,8 @@ inline bool MohrCoulombReturn::newton(const Point& trial) {
   for (int k = 0; k < most_iterations; ++k) {
     if (!find_deviator(trial)) return false;
     multiply();
-    if (worst() <= tolerance || is_at_apex()) return true;
+    at_apex_ = is_at_apex(tip);
+    if (at_apex_ || (k > 0 && worst() <= tolerance)) return true;
     double residual = 0;
     for (const std::size_t i : {0u, 1u}) residual += std::pow(std::min(L_[i], -yield(i)), 2);
     if (residual > least && halvings < most_halvings) {
@@ -294,7 +293,8 @@ inline bool MohrCoulombReturn::bisect(const Point& trial) {
   if (!least([&](double tension) { return shear(tension) ? yield(1) : 1.0; }) || !found)
     return false;
   multiply();
-  return worst() <= bisection_tolerance || is_at_apex(bisection_tolerance);
+  at_apex_ = is_at_apex(bisection_tolerance);
+  return at_apex_ || worst() <= bisection_tolerance;
 }
 
 template <class Number>
@@ -313,7 +313,7 @@ auto MohrCoulombReturn::end(const PointOf<Number>& trial) const -> PointOf<Numbe
     const double per = 1 / (M_[0][0] * M_[1][1] - M_[0][1] * M_[1][0]);
     dL[0] = (per * M_[1][1]) * q[0] - (per * M_[0][1]) * q[1];
     dL[1] = (per * M_[0][0]) * q[1] - (per * M_[1][0]) * q[0];
-  } else {
+  } else if (shear || tension) {
     const std::size_t i = shear ? 0 : 1;
     dL[i] = (1 / M_[i][i]) * q[i];
   }
