@@ -302,6 +302,7 @@ void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.unsolved = {};
   patch.system.symmetric = true;
   if (patch.active_nodes.empty()) return;
+  patch.implicit.support.resize(static_cast<std::size_t>(patch.count));
   close_walls(patch, step);
   patch.system.blocks.assign(patch.system.column.size() * NodalSystem<Dim>::block_size, 0.0);
   clear_sums(patch, step, NodeSum::residual);
@@ -358,10 +359,14 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           const Vec<Dim> origin = place_of(patch, *step.model->mesh, nodes[0]);
           for (std::size_t i = 0; i < n; ++i)
             x[i] = place_of(patch, *step.model->mesh, nodes[i]) - origin;
+          // Where a law begins to yield the stiffness jumps, and the forces with it: between two of
+          // them Newton's method could go to and fro.
+          double& support = patch.implicit.support[static_cast<std::size_t>(bin.begin)];
+          if (!patch.implicit.keeps_support) support = modulus;
           const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];
           const double depth =
               depth_at(step.model->analysis, patch.particles.row(Column::x)[bin.begin]);
-          cell.add_least_stiffness(least_share * modulus * depth * std::pow(h, Dim - 2), used, x,
+          cell.add_least_stiffness(least_share * support * depth * std::pow(h, Dim - 2), used, x,
                                    patch.implicit.increment.data(), nodes);
         }
         for (int i = 0; i < n; ++i)

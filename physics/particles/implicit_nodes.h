@@ -21,7 +21,8 @@ struct ImplicitWall {
   Vec<Dim> friction = Vec<Dim>::Zero();  ///< [N] on the node
 };
 
-/// By local node; vectors are complete: all copies of a node have the same bits.
+/// By local node, if nothing else is said; vectors are complete: all copies of a node have the same
+/// bits.
 template <int Dim>
 struct ImplicitNodes {
   std::vector<double> own_mass;  ///< [kg] of this patch's particles
@@ -35,6 +36,10 @@ struct ImplicitNodes {
   double left_out = 0;           ///< share of `unloaded` that is left out of the balance
   std::vector<ImplicitWall<Dim>> walls, kept_walls;  ///< by Patch::walls
   bool walls_changed = false;                        ///< in this iteration
+  /// [Pa] stiffness in shear of a bin's material, by its first particle, which sets the stiffness
+  /// of motions without strain (linearize()).
+  std::vector<double> support;
+  bool keeps_support = false;  ///< it is that of an earlier iteration
 };
 
 }  // namespace lahar

@@ -23,6 +23,8 @@ constexpr int most_load_halvings = 4;
 constexpr double most_growth = 2.0;
 /// Times that friction turns with the sliding that was found, in a part of a step.
 constexpr int most_turns = 4;
+/// Iterations in which the stiffness of motions without strain follows the material.
+constexpr int new_supports = 5;
 /// Rounding of forces in balance, as a share of them.
 constexpr double rounding = 1e-13;
 /// What linear systems may leave: of the residual that a step may have, and of their right side.
@@ -149,6 +151,7 @@ bool ImplicitSolver<Dim>::is_converged(const Balance& balance, double first, boo
 template <int Dim>
 bool ImplicitSolver<Dim>::iterate() {
   const ImplicitSteps& steps = model_.analysis.implicit;
+  for_each_patch([](Patch<Dim>& patch) { patch.implicit.keeps_support = false; });
   Balance balance = linearize();
   if (report_.iterations == 0) for_each_patch([](Patch<Dim>& patch) { keep_unloaded(patch); });
   const double first = std::max(unloaded_, balance.residual);
@@ -157,7 +160,10 @@ bool ImplicitSolver<Dim>::iterate() {
   for (int k = 0; k < steps.most_iterations && balance.is_good(); ++k) {
     ++report_.iterations;
     if (!solve_linear(balance, first)) return false;
-    for_each_patch([](Patch<Dim>& patch) { take_solution(patch); });
+    for_each_patch([k](Patch<Dim>& patch) {
+      take_solution(patch);
+      patch.implicit.keeps_support = k >= new_supports;
+    });
     // The first residual is not of the same unknowns where some are given: the next may be larger.
     const double before = k == 0 ? std::numeric_limits<double>::infinity() : balance.residual;
     balance = linearize();
