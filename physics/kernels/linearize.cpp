@@ -302,7 +302,8 @@ void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.unsolved = {};
   patch.system.symmetric = true;
   if (patch.active_nodes.empty()) return;
-  patch.implicit.support.resize(static_cast<std::size_t>(patch.count));
+  // By slot: bins may have free ones, and begin beyond the number of particles.
+  patch.implicit.support.resize(static_cast<std::size_t>(patch.particles.size()));
   close_walls(patch, step);
   patch.system.blocks.assign(patch.system.column.size() * NodalSystem<Dim>::block_size, 0.0);
   clear_sums(patch, step, NodeSum::residual);
@@ -360,7 +361,7 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           for (std::size_t i = 0; i < n; ++i)
             x[i] = place_of(patch, *step.model->mesh, nodes[i]) - origin;
           // Where a law begins to yield the stiffness jumps, and the forces with it: between two of
-          // them Newton's method could go to and fro.
+          // them Newton's method could go to and fro. So ImplicitSolver keeps it after a while.
           double& support = patch.implicit.support[static_cast<std::size_t>(bin.begin)];
           if (!patch.implicit.keeps_support) support = modulus;
           const double h = patch.cell_size[static_cast<std::size_t>(bin.cell)];

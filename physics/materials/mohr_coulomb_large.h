@@ -23,7 +23,8 @@ namespace lahar {
 ///
 /// Multipliers are found by Newton's method for complementarity problems (Josephy 1979), where each
 /// iteration looks at the four cases of two conditions; s for given multipliers, the least of a
-/// convex function, by Newton's method within it. Stresses are in units of about the trial stress.
+/// convex function, by Newton's method within it. Stresses are shares of about the trial stress
+/// [-]; x = rho cos(theta) and y = rho sin(theta), as in DeviatoricPlane.
 class MohrCoulombReturn {
  public:
   /// sqrt(offset^2 + 3/2 (R(theta) rho)^2) + per_mean p with the elliptic sections R of Menetrey
@@ -52,9 +53,9 @@ class MohrCoulombReturn {
 
   /// From a trial stress beyond the surfaces; its angle is in the sector. False: not found.
   bool solve(const Point& trial);
-  /// The stress as a function of the trial stress, which is that of solve() but for derivatives: an
-  /// iteration more with what was found to be active, whose derivatives are exact (implicit
-  /// function theorem).
+  /// After solve(): the stress as a function of the trial stress, the same but for derivatives. An
+  /// iteration more with what was found to be active has the exact ones (implicit function
+  /// theorem).
   template <class Number>
   PointOf<Number> end(const PointOf<Number>& trial) const;
 
@@ -102,9 +103,9 @@ class MohrCoulombReturn {
   bool at_apex_ = false;
   // At the stress: gradients of the potentials; 1 + sum L d2h/ds2, inverted; the residual of s; how
   // yield functions fall with multipliers.
-  Gradient n_[2];
+  Gradient n_[2] = {};
   double xx_ = 1, xy_ = 0, yy_ = 1, rx_ = 0, ry_ = 0;
-  double M_[2][2];
+  double M_[2][2] = {};
 };
 
 /// R = l / m, l = 4 (1 - e^2) cos^2 + (2e - 1)^2, m = 2 (1 - e^2) cos + (2e - 1) sqrt(4 (1 - e^2)
@@ -216,13 +217,18 @@ inline bool MohrCoulombReturn::is_at_apex(double within) const {
 inline bool MohrCoulombReturn::solve(const Point& trial) {
   at_apex_ = !(std::hypot(trial.x, trial.y) > 0);
   if (at_apex_) return true;
-  return newton(trial) || bisect(trial);
-}
-
-inline bool MohrCoulombReturn::newton(const Point& trial) {
   at_ = trial;
   L_ = {0, 0};
-  Vector before{};
+  if (newton(trial)) return true;
+  if (!bisect(trial)) return false;
+  const MohrCoulombReturn found = *this;
+  if (!newton(trial)) *this = found;
+  return true;
+}
+
+/// From the present stress and multipliers.
+inline bool MohrCoulombReturn::newton(const Point& trial) {
+  Vector before = L_;
   double least = HUGE_VAL;
   int halvings = 0;
   for (int k = 0; k < most_iterations; ++k) {

@@ -149,6 +149,7 @@ class MohrCoulombUpdate {
   /// as that in shear of the cohesion.
   static constexpr double tension_eccentricity = 0.6, tension_scale = 1.0 / 3.0, offset_share = 0.1;
   static constexpr double cbgeo_tolerance = 0.1;  ///< [Pa]
+  static constexpr double least_unit = 1e-280;    ///< [Pa] the reciprocal is a number
 
   template <class Number>
   void elastic_stress(const IncrementOf<Number>& in, const VoigtOf<Number>& stress,

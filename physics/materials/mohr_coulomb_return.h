@@ -474,7 +474,8 @@ unsigned MohrCoulombUpdate::return_to_surface(const Real* start, Real* stress,
   return left;
 }
 
-/// The same for increments of any size, lane by lane. Returns the lanes where it was not found.
+/// The same from the trial stress alone, for increments of any size: see MohrCoulombReturn. Lane by
+/// lane; returns the lanes where it was not found.
 template <int Rows, class Real>
 unsigned MohrCoulombUpdate::return_from_far(Real* stress, const Strength<Real>& s, Real& pdstrain,
                                             const StressPoint<Rows, Real>& trial,
@@ -494,7 +495,7 @@ unsigned MohrCoulombUpdate::return_from_far(Real* stress, const Strength<Real>& 
   for (int lane = 0; lane < lanes<Real>; ++lane) {
     if (!(plastic >> lane & 1)) continue;
     const auto of = [&](const Real& pack) { return value_of(lane_of(pack, lane)); };
-    const double unit = of(size), per = 1 / unit;
+    const double unit = std::max(of(size), least_unit), per = 1 / unit;
     const double per_cos = of(s.per_cos), sin_phi = of(s.sin_phi), tan_psi = of(s.tan_psi);
     const std::array<Return::Surface, 2> surfaces{
         {{root3_2 * per_cos * (0.5 + sin_phi / 6.0),
@@ -512,16 +513,19 @@ unsigned MohrCoulombUpdate::return_from_far(Real* stress, const Strength<Real>& 
       continue;
     }
     const Return::PointOf<Number> end = to.end(begin);
-    // The strain of steps along the deviator, as in steps along tangents.
-    const double x = value_of(end.x), y = value_of(end.y), rho = std::hypot(x, y),
-                 whole = std::hypot(value_of(begin.x), value_of(begin.y));
-    const double along =
-        rho > 0 ? (value_of(begin.x) * x + value_of(begin.y) * y) / rho - rho : whole;
+    // The plastic strain along the deviator alone, as in steps along tangents.
+    const auto length = [](const Number& x, const Number& y) {
+      using std::sqrt;
+      return sqrt(x * x + y * y);
+    };
+    const Number rho = length(end.x, end.y);
+    const Number along = value_of(rho) > 0 ? (begin.x * end.x + begin.y * end.y) / rho - rho
+                                           : length(begin.x, begin.y);
     set_lane(plane.x, lane, unit * end.x);
     set_lane(plane.y, lane, unit * end.y);
     set_lane(plane.p, lane, unit * end.p);
-    set_lane(pdstrain, lane,
-             lane_of(pdstrain, lane) + Number(0.5 / G_ * root2_3 * unit * std::max(along, 0.0)));
+    if (value_of(along) > 0)
+      set_lane(pdstrain, lane, lane_of(pdstrain, lane) + (0.5 / G_ * root2_3 * unit) * along);
   }
   LAHAR_UNROLL
   for (int k = 0; k < Rows; ++k) stress[k] = select(plastic & ~left, plane.stress(k), stress[k]);

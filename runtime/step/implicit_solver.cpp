@@ -214,7 +214,10 @@ std::string ImplicitSolver<Dim>::worst_node() const {
 
 template <int Dim>
 void ImplicitSolver<Dim>::restore() {
-  for_each_patch([](Patch<Dim>& patch) { restore_increment(patch); });
+  for_each_patch([](Patch<Dim>& patch) {
+    restore_increment(patch);
+    patch.implicit.keeps_support = false;
+  });
   if (unloaded_ > 0) return;
   for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });
   unloaded_ = linearize().residual;
@@ -228,6 +231,7 @@ void ImplicitSolver<Dim>::begin_step(double time, double dt) {
   dt_ = dt;
   report_ = {};
   unloaded_ = 0;
+  for_each_patch([](Patch<Dim>& patch) { patch.implicit.keeps_support = false; });
   begin_.run(1);
 }
 

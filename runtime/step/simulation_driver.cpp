@@ -153,8 +153,8 @@ void SimulationDriver<Dim>::advance(Index steps) {
     const bool ends = step_ >= end || finished() || stops_;
     if (ends && nodes_.any()) nodes_.keep(step_);
     change_patches();
-    // What was asked for and comes after the end is written now. A run that is about to fail goes
-    // on from a state that is not.
+    // What was asked for and comes after the end is written now. When too many particles have left,
+    // the run ends soon, and only its end is written.
     const bool writes = stager_.due(step_) || (ends && stager_.is_planned_after(step_));
     if (writes && !lost_.too_many()) write_checkpoint();
     lost_.throw_if_too_many(step_, time_.nsteps(), time());
