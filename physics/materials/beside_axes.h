@@ -11,6 +11,12 @@ inline constexpr double beside = 1e-6;
 /// The least stress that counts here, as a share of the bulk modulus.
 inline constexpr double least_strain = 1e-6;
 
+/// By how much leave_axes() changes yield functions of a stress with the mean p, about.
+template <class Real>
+LAHAR_INLINE Real most_move(const Real& p, double K) {
+  return 4.0 * beside * max(max(p, -p), Real(least_strain * K));
+}
+
 /// Derivatives of directions and of the Lode angle are not defined, though those of a returned
 /// stress may be, where a stress has no deviator or, if `angle` matters, two equal principal
 /// stresses. There derivatives are those at a stress beside it: one of the derivatives in the sense

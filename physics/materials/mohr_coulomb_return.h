@@ -487,8 +487,9 @@ unsigned MohrCoulombUpdate::return_from_far(Real* stress, const Strength<Real>& 
   const Real size = trial.rho + max(trial.p, -trial.p) + s.cohesion;
   Real ft, fs;
   yield_functions(invariants_of(point), s, ft, fs);
-  const unsigned plastic =
-      (greater(ft, rounding * size) | greater(fs, rounding * size)) & lanes_to_do;
+  // What leave_axes() moved does not yield by that.
+  const Real above = rounding * size + (is_dual<Real> ? most_move(trial.p, K_) : Real(0.0));
+  const unsigned plastic = (greater(ft, above) | greater(fs, above)) & lanes_to_do;
   if (plastic == 0) return 0;
   DeviatoricPlane<Rows, Real> plane(point);
   unsigned left = 0;
