@@ -223,6 +223,19 @@ double stiffness_in_shear(const StressOfStep<Dim>& of) {
   return std::max(of.A[1][1], 0.5 * (of.A[0][0] - of.A[0][Dim + 1]));
 }
 
+/// Material that is torn has no stiffness, and nodes that have no other have no row: they could not
+/// even fall onto what would hold them. Its share of the matrix, not of forces, is not less than a
+/// thousandth of the stiffness of waves, `modulus` [Pa].
+template <int Dim>
+void hold_torn(StressOfStep<Dim>& of, double modulus) {
+  constexpr double least = 1e-3;
+  double largest = 0;
+  for (const auto& row : of.A)
+    for (const double a : row) largest = std::max(largest, std::abs(a));
+  if (largest >= least * modulus) return;
+  for (int k = 0; k < Dim * Dim; ++k) of.A[k][k] += least * modulus;
+}
+
 /// Add what particle p of a bin gives after the increment H, with the gradients g of functions.
 /// Returns the stiffness of its material in shear [Pa], or nothing where its law has no stress.
 template <class Basis, class Cell>
@@ -248,6 +261,7 @@ std::optional<double> add_particle_across(Cell& cell, const Basis& basis, Patch<
     return std::nullopt;
   StressAcross of_step(all, change, analysis.as_cbgeo);
   if (!ring) of_step.condense(wave_modulus(law));
+  if (!analysis.as_cbgeo) hold_torn(of_step, wave_modulus(law));
   const double V = patch.particles.row(Column::volume)[p];
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
   cell.add(of_step, V, g, nullptr);
@@ -268,7 +282,8 @@ std::optional<double> add_particle(Cell& cell, Patch<Dim>& patch, const StepCont
                          change)
           .failed)
     return std::nullopt;
-  const StressOfStep<Dim> of_step(H, change, analysis.as_cbgeo);
+  StressOfStep<Dim> of_step(H, change, analysis.as_cbgeo);
+  if (!analysis.as_cbgeo) hold_torn(of_step, wave_modulus(law));
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
   cell.add(of_step, patch.particles.row(Column::volume)[p], g, mean);
   return stiffness_in_shear(of_step);
