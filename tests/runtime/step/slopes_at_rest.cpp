@@ -1,0 +1,109 @@
+// Slopes that come to rest under their weight in quasi-static steps, on meshes and with soils on
+// which Newton's method went to and fro.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <string>
+#include <variant>
+
+#include "runtime/step/simulation.h"
+#include "tests/runtime/step/models.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// A slope with its crest at x = `crest` and a height and a length, on a layer, in a domain of some
+/// length; [m]. Gravity grows in ten steps.
+struct Slope {
+  double cell, length, crest, height, run, layer;
+  double friction, dilation, cohesion, tension_cutoff, youngs_modulus;
+
+  std::string text() const {
+    return fmt::format(
+        R"({{"mesh": {{"structured": {{"cell_size": {0}, "extent": [{1}, {2}]}},
+             "boundary_conditions": {{"velocity_constraints": [
+               {{"nset": "base", "dir": "x", "velocity": 0}},
+               {{"nset": "base", "dir": "y", "velocity": 0}},
+               {{"nset": "sides", "dir": "x", "velocity": 0}}]}}}},
+           "sets": {{"nodes": {{
+             "base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+             "sides": {{"union": [{{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                                  {{"half_space": {{"point": [{1}, 0], "normal": [-1, 0]}}}}]}}}}}},
+           "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+             "region": {{"polygon": {{"points": [[0, 0], [{1}, 0], [{1}, {3}], [{4}, {3}],
+                                                 [{5}, {6}], [0, {6}]]}}}}}}}}],
+           "materials": [{{"type": "MohrCoulomb", "density": 2000, "youngs_modulus": {7},
+             "poisson_ratio": 0.3, "friction": {8}, "dilation": {9}, "cohesion": {10},
+             "tension_cutoff": {11}}}],
+           "external_loading_conditions": {{"gravity": {{"gravity": [0, -9.81],
+                                                         "ramping_time": 1}}}},
+           "analysis": {{"mpm_scheme": "newmark", "scheme_settings": {{"quasi_static": true}},
+                         "dt": 0.1, "nsteps": 10}}}})",
+        cell, length, layer + height + 1, layer, crest + run, crest, layer + height, youngs_modulus,
+        friction, dilation, cohesion, tension_cutoff);
+  }
+};
+
+}  // namespace
+
+TEST_CASE(
+    "slopes of sand, and of soil with little tension or none, come to rest in quasi-static steps") {
+  const Slope slopes[] = {
+      // One particle bulges into an empty cell at the toe and begins to yield there.
+      {.cell = 0.25,
+       .length = 40,
+       .crest = 12,
+       .height = 8,
+       .run = 8,
+       .layer = 2,
+       .friction = 20,
+       .dilation = 0,
+       .cohesion = 2e4,
+       .tension_cutoff = 2e3,
+       .youngs_modulus = 2e7},
+      // Without tension: where the stress returned to was no continuous function of the increment.
+      {.cell = 0.5,
+       .length = 10,
+       .crest = 2,
+       .height = 4,
+       .run = 4,
+       .layer = 1,
+       .friction = 20,
+       .dilation = 0,
+       .cohesion = 5e3,
+       .tension_cutoff = 0,
+       .youngs_modulus = 5e6},
+      // Dry sand, of which all is at the tip of its strength in the beginning.
+      {.cell = 0.25,
+       .length = 10,
+       .crest = 1,
+       .height = 2,
+       .run = 4,
+       .layer = 1,
+       .friction = 40,
+       .dilation = 0,
+       .cohesion = 0,
+       .tension_cutoff = 0,
+       .youngs_modulus = 2e7}};
+  for (const Slope& slope : slopes) {
+    CAPTURE(slope.cohesion);
+    CAPTURE(slope.tension_cutoff);
+    const Scenario scenario = read_scenario_text(slope.text(), "");
+    Simulation simulation(std::get<Model<2>>(scenario.model), {.threads = 2});
+    REQUIRE_NOTHROW(simulation.run());
+    CHECK(simulation.step() == 10);
+    // Virtual work of the field (0, y): what stresses do is what weights do.
+    const Frame frame = simulation.frame();
+    const auto& mass = frame.find("mass")->values;
+    const auto& volume = frame.find("volume")->values;
+    const auto& stress = frame.find("stress")->values;
+    double weights = 0, stresses = 0;
+    for (std::size_t p = 0; p < frame.id.size(); ++p) {
+      weights += -9.81 * mass[p] * frame.coordinates[2 * p + 1];
+      stresses += volume[p] * stress[6 * p + 1];
+    }
+    CHECK(stresses == doctest::Approx(weights).epsilon(5e-3));
+  }
+}
