@@ -14,8 +14,8 @@ namespace lahar {
 
 /// Counts the particles that a run has removed. Where only few may leave, the run ends max_lead
 /// steps after the one in which too many have left: all patches know of it by then, and the step
-/// is the same for any ranks and threads, whatever else made the graph drain. A run that was stopped
-/// in between, and goes on, ends at once.
+/// is the same for any ranks and threads, whatever else made the graph drain. A run that was
+/// stopped in between, and goes on, ends at once.
 template <int Dim>
 class LostParticles {
  public:
