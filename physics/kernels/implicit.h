@@ -51,7 +51,8 @@ template <int Dim>
 void accelerate_from_rest(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// From now on `left_out` of r(d = 0) is left out, so that Newton's method goes towards the loads
-/// in parts. Given unknowns move by `part` of what is prescribed with the next solution.
+/// in parts. Given unknowns move by `part` of what is prescribed with the next solution. Supports
+/// follow the material again (ImplicitNodes::keeps_support).
 template <int Dim>
 void load_in_part(Patch<Dim>& patch, double left_out, double part);
 /// r(d = 0) has been found, at least of fixed unknowns.

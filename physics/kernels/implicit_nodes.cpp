@@ -184,6 +184,7 @@ template <int Dim>
 void load_in_part(Patch<Dim>& patch, double left_out, double part) {
   ImplicitNodes<Dim>& nodes = patch.implicit;
   nodes.left_out = left_out;
+  nodes.keeps_support = false;
   nodes.has_given = part != 0.0;
   for (std::size_t k = 0; k < nodes.given.size(); ++k) nodes.given[k] = part * nodes.prescribed[k];
   if (nodes.has_given) give_at_walls(patch);

@@ -11,10 +11,15 @@ inline constexpr double beside = 1e-6;
 /// The least stress that counts here, as a share of the bulk modulus.
 inline constexpr double least_strain = 1e-6;
 
-/// By how much leave_axes() changes yield functions of a stress with the mean p, about.
+/// The size of a stress with the mean p, of which leave_axes() moves it by a share.
+template <class Real>
+LAHAR_INLINE Real size_for_axes(const Real& p, double K) {
+  return max(max(p, -p), Real(least_strain * K));
+}
+/// By how much leave_axes() changes yield functions, about.
 template <class Real>
 LAHAR_INLINE Real most_move(const Real& p, double K) {
-  return 4.0 * beside * max(max(p, -p), Real(least_strain * K));
+  return 4.0 * beside * size_for_axes(p, K);
 }
 
 /// Derivatives of directions and of the Lode angle are not defined, though those of a returned
@@ -29,7 +34,7 @@ LAHAR_INLINE void leave_axes([[maybe_unused]] Real* stress, [[maybe_unused]] dou
     for (int k = 0; k < Rows; ++k) values[k] = Scalar(stress[k].v);
     StressPoint<Rows, Scalar> at;
     point_of(values, at);
-    const double size = std::max(std::abs(at.p[0]), least_strain * K);
+    const double size = size_for_axes(at.p, K)[0];
     double move = 0;
     if (!(at.rho[0] > beside * beside * size))
       move = beside * size;

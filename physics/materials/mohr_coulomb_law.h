@@ -109,8 +109,9 @@ struct MohrCoulombStrength {
 /// The return is a cutting-plane algorithm (Simo and Ortiz 1985) whose first step is along the
 /// tangent at the stress before where that lies on the yield surface, as in the reference code; but
 /// it goes on until the yield functions are zero but for rounding. Where it ends depends on the way
-/// of its steps, which for increments of more than about the yield strain is no continuous function
-/// of the increment. Implicit steps, whose increments may be large, return by MohrCoulombReturn.
+/// of its steps. A slightly different increment takes another way once increments exceed about the
+/// yield strain, and the stress jumps. Implicit steps, whose increments may be large, return by
+/// MohrCoulombReturn.
 class MohrCoulombUpdate {
  public:
   static constexpr auto& state = MohrCoulomb::state;
@@ -145,9 +146,10 @@ class MohrCoulombUpdate {
   static constexpr int pack_steps = 12, single_steps = 100;
   /// Rounding of yield functions, as a share of stresses; of a stress that lies on the surface.
   static constexpr double rounding = 1e-12, on_surface = 1e-9;
-  /// Of the potential in tension: its sections, and its offset as a share of the largest tension,
-  /// as that in shear of the cohesion.
-  static constexpr double tension_eccentricity = 0.6, tension_scale = 1.0 / 3.0, offset_share = 0.1;
+  /// The sections of the potential in tension.
+  static constexpr double tension_eccentricity = 0.6, tension_scale = 1.0 / 3.0;
+  /// Offsets of potentials: a share of the largest tension, in shear of the cohesion.
+  static constexpr double offset_share = 0.1;
   static constexpr double cbgeo_tolerance = 0.1;  ///< [Pa]
   static constexpr double least_unit = 1e-280;    ///< [Pa] the reciprocal is a number
 

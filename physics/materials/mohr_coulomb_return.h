@@ -515,13 +515,10 @@ unsigned MohrCoulombUpdate::return_from_far(Real* stress, const Strength<Real>& 
     }
     const Return::PointOf<Number> end = to.end(begin);
     // The plastic strain along the deviator alone, as in steps along tangents.
-    const auto length = [](const Number& x, const Number& y) {
-      using std::sqrt;
-      return sqrt(x * x + y * y);
-    };
-    const Number rho = length(end.x, end.y);
+    using std::hypot;
+    const Number rho = hypot(end.x, end.y);
     const Number along = value_of(rho) > 0 ? (begin.x * end.x + begin.y * end.y) / rho - rho
-                                           : length(begin.x, begin.y);
+                                           : hypot(begin.x, begin.y);
     set_lane(plane.x, lane, unit * end.x);
     set_lane(plane.y, lane, unit * end.y);
     set_lane(plane.p, lane, unit * end.p);

@@ -151,7 +151,6 @@ bool ImplicitSolver<Dim>::is_converged(const Balance& balance, double first, boo
 template <int Dim>
 bool ImplicitSolver<Dim>::iterate() {
   const ImplicitSteps& steps = model_.analysis.implicit;
-  for_each_patch([](Patch<Dim>& patch) { patch.implicit.keeps_support = false; });
   Balance balance = linearize();
   if (report_.iterations == 0) for_each_patch([](Patch<Dim>& patch) { keep_unloaded(patch); });
   const double first = std::max(unloaded_, balance.residual);
@@ -214,10 +213,7 @@ std::string ImplicitSolver<Dim>::worst_node() const {
 
 template <int Dim>
 void ImplicitSolver<Dim>::restore() {
-  for_each_patch([](Patch<Dim>& patch) {
-    restore_increment(patch);
-    patch.implicit.keeps_support = false;
-  });
+  for_each_patch([](Patch<Dim>& patch) { restore_increment(patch); });
   if (unloaded_ > 0) return;
   for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });
   unloaded_ = linearize().residual;
@@ -231,7 +227,6 @@ void ImplicitSolver<Dim>::begin_step(double time, double dt) {
   dt_ = dt;
   report_ = {};
   unloaded_ = 0;
-  for_each_patch([](Patch<Dim>& patch) { patch.implicit.keeps_support = false; });
   begin_.run(1);
 }
 

@@ -1,11 +1,13 @@
 // Mohr-Coulomb in increments of many times the yield strain, as implicit steps take them.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "physics/materials/tangent.h"
@@ -36,6 +38,11 @@ std::vector<MohrCoulomb> soils() {
   all[5].cohesion = all[5].tension_cutoff = 0, all[5].dilation = 5;
   all[6].friction = 0;
   return all;
+}
+
+std::string described(const MohrCoulomb& law) {
+  return fmt::format("friction {}, dilation {}, cohesion {}, cut-off {}", law.friction,
+                     law.dilation, law.cohesion, law.tension_cutoff);
 }
 
 struct State {
@@ -89,10 +96,7 @@ TEST_CASE(
   std::mt19937 random(3);
   std::uniform_real_distribution<double> number;
   for (const MohrCoulomb& law : soils()) {
-    CAPTURE(law.friction);
-    CAPTURE(law.dilation);
-    CAPTURE(law.cohesion);
-    CAPTURE(law.tension_cutoff);
+    CAPTURE(described(law));
     for (int line = 0; line < 40; ++line) {
       const State begin = random_state(random, law);
       const double size = std::pow(10.0, -5 + 3 * number(random));
@@ -128,10 +132,7 @@ TEST_CASE(
 TEST_CASE("Mohr-Coulomb in small increments: implicit steps end where explicit ones do") {
   std::mt19937 random(4);
   for (const MohrCoulomb& law : soils()) {
-    CAPTURE(law.friction);
-    CAPTURE(law.dilation);
-    CAPTURE(law.cohesion);
-    CAPTURE(law.tension_cutoff);
+    CAPTURE(described(law));
     for (int path = 0; path < 10; ++path) {
       const State begin = random_state(random, law);
       constexpr int steps = 2000;

@@ -75,7 +75,7 @@ TEST_CASE(
        .cohesion = 5e3,
        .tension_cutoff = 0,
        .youngs_modulus = 5e6},
-      // Dry sand, of which all is at the tip of its strength in the beginning.
+      // Dry sand. At the start all of its stresses are at the tip of the yield surface.
       {.cell = 0.25,
        .length = 10,
        .crest = 1,
