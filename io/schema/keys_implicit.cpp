@@ -39,7 +39,7 @@ const Section& scheme_settings_section() {
           {.key = "max_iteration",
            .kinds = integer,
            .help = "most iterations of Newton's method in a step",
-           .fallback = "20",
+           .fallback = "40",
            .min = 1,
            .max = 1e9},
           {.key = "displacement_tolerance",

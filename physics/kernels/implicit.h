@@ -80,6 +80,17 @@ struct EquilibriumNorms {
 template <int Dim>
 EquilibriumNorms equilibrium_norms(const Patch<Dim>& patch, const StepContext<Dim>& step);
 
+/// The longest displacement in the step.
+struct LongestMove {
+  double metres = 0, cells = 0;
+};
+/// Of nodes that hold at least `least_mass` [kg].
+template <int Dim>
+LongestMove longest_move(const Patch<Dim>& patch, double least_mass);
+/// The largest mass of a node [kg].
+template <int Dim>
+double heaviest_node(const Patch<Dim>& patch);
+
 /// The step has converged: d / dt becomes the velocity that strains and moves particles, and
 /// Patch::acceleration what their velocities take; system.solution has Newmark's accelerations.
 /// Counts the work of loads and of what prescribes.

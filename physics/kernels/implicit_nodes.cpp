@@ -1,5 +1,6 @@
 /// \file Nodes in implicit steps. All copies of a node do the same arithmetic on the same sums.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "physics/kernels/implicit.h"
@@ -277,6 +278,27 @@ EquilibriumNorms equilibrium_norms(const Patch<Dim>& patch, const StepContext<Di
 }
 
 template <int Dim>
+double heaviest_node(const Patch<Dim>& patch) {
+  double mass = 0;
+  for_each_active_node(patch, [&](Local i) { mass = std::max(mass, mass_at(patch, i)); });
+  return mass;
+}
+
+template <int Dim>
+LongestMove longest_move(const Patch<Dim>& patch, double least_mass) {
+  double square = 0;
+  for_each_active_node(patch, [&](Local i) {
+    if (mass_at(patch, i) < least_mass) return;
+    const double* d = at(patch.implicit.increment, i);
+    double sum = 0;
+    for (int k = 0; k < Dim; ++k) sum += d[k] * d[k];
+    square = std::max(square, sum);
+  });
+  const double metres = std::sqrt(square);
+  return {metres, metres > 0 ? metres / patch.smallest_cell : 0.0};
+}
+
+template <int Dim>
 void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
   const ImplicitSteps& steps = step.model->analysis.implicit;
@@ -339,6 +361,8 @@ void end_implicit_step(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void take_solution<Dim>(Patch<Dim>&);                                                \
   template void take_back<Dim>(Patch<Dim>&, double);                                            \
   template EquilibriumNorms equilibrium_norms<Dim>(const Patch<Dim>&, const StepContext<Dim>&); \
+  template double heaviest_node<Dim>(const Patch<Dim>&);                                        \
+  template LongestMove longest_move<Dim>(const Patch<Dim>&, double);                            \
   template void end_implicit_step<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

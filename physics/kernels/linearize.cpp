@@ -96,6 +96,16 @@ struct CellSystem {
     }
   }
 
+  /// A stiffness against all gradients of displacement, without a force.
+  void add_gradient_stiffness(double k, const double (&g)[Dim][Nodes]) {
+    for (int i = 0; i < Nodes; ++i)
+      for (int j = 0; j < Nodes; ++j) {
+        double sum = 0;
+        for (int d = 0; d < Dim; ++d) sum += g[d][i] * g[d][j];
+        for (int a = 0; a < Dim; ++a) matrix[Dim * i + a][Dim * j + a] += k * sum;
+      }
+  }
+
   /// A stiffness `k` [N/m] against what displacements `d` in the step have beside an affine field,
   /// for the nodes that the particles of the cell reach (`used`; `x` are their places). Where few
   /// particles reach many nodes, there are motions that move particles and do not strain them, with
@@ -223,26 +233,44 @@ double stiffness_in_shear(const StressOfStep<Dim>& of) {
   return std::max(of.A[1][1], 0.5 * (of.A[0][0] - of.A[0][Dim + 1]));
 }
 
-/// Material that is torn has no stiffness, and nodes that have no other have no row: they could not
-/// even fall onto what would hold them. Its share of the matrix, not of forces, is not less than a
-/// thousandth of the stiffness of waves, `modulus` [Pa].
+/// What a particle has of stiffness.
+struct ParticleStiffness {
+  double in_shear;  ///< [Pa] stiffness_in_shear()
+  bool torn;        ///< it has next to none
+};
 template <int Dim>
-void hold_torn(StressOfStep<Dim>& of, double modulus) {
+ParticleStiffness stiffness_of(const StressOfStep<Dim>& of, double wave_modulus) {
   constexpr double least = 1e-3;
   double largest = 0;
   for (const auto& row : of.A)
     for (const double a : row) largest = std::max(largest, std::abs(a));
-  if (largest >= least * modulus) return;
-  for (int k = 0; k < Dim * Dim; ++k) of.A[k][k] += least * modulus;
+  return {stiffness_in_shear(of), largest < least * wave_modulus};
+}
+
+/// A cell in which all is torn: nodes that have no other would have no row, and could not even fall
+/// onto what holds them. Its share of the matrix, not of forces, is a ten thousandth of the
+/// stiffness of waves. Where anything else holds a node this would only keep Newton's method from
+/// converging.
+template <int Dim, class Cell, class Basis>
+void hold_torn(Cell& cell, const Basis& basis, const Patch<Dim>& patch, const ParticleBin& bin,
+               double wave_modulus) {
+  constexpr double share = 1e-4;
+  const double* V = patch.particles.row(Column::volume);
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    double g[Dim][Basis::nodes];
+    gradients_at<Dim>(basis, p, g);
+    cell.add_gradient_stiffness(share * wave_modulus * V[p], g);
+  }
 }
 
 /// Add what particle p of a bin gives after the increment H, with the gradients g of functions.
-/// Returns the stiffness of its material in shear [Pa], or nothing where its law has no stress.
+/// Returns its stiffness, or nothing where its law has no stress.
 template <class Basis, class Cell>
-std::optional<double> add_particle_across(Cell& cell, const Basis& basis, Patch<2>& patch,
-                                          const StepContext<2>& step, const ParticleBin& bin,
-                                          Local p, const Local* nodes, const double (&H)[2][2],
-                                          const double (&g)[2][Basis::nodes]) {
+std::optional<ParticleStiffness> add_particle_across(Cell& cell, const Basis& basis,
+                                                     Patch<2>& patch, const StepContext<2>& step,
+                                                     const ParticleBin& bin, Local p,
+                                                     const Local* nodes, const double (&H)[2][2],
+                                                     const double (&g)[2][Basis::nodes]) {
   const Analysis& analysis = step.model->analysis;
   const Law& law = step.model->materials[bin.material].law;
   const Beginning<2> before(patch, law, p);
@@ -261,19 +289,20 @@ std::optional<double> add_particle_across(Cell& cell, const Basis& basis, Patch<
     return std::nullopt;
   StressAcross of_step(all, change, analysis.as_cbgeo);
   if (!ring) of_step.condense(wave_modulus(law));
-  if (!analysis.as_cbgeo) hold_torn(of_step, wave_modulus(law));
   const double V = patch.particles.row(Column::volume)[p];
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
   cell.add(of_step, V, g, nullptr);
   if (ring) cell.add_across(of_step, V, g, h);
-  return stiffness_in_shear(of_step);
+  return stiffness_of(of_step, wave_modulus(law));
 }
 
 /// The same of models that do not deform across a plane. `mean` as in CellSystem::add().
 template <int Dim, class Cell, int Nodes>
-std::optional<double> add_particle(Cell& cell, Patch<Dim>& patch, const StepContext<Dim>& step,
-                                   const ParticleBin& bin, Local p, const double (&H)[Dim][Dim],
-                                   const double (&g)[Dim][Nodes], const double (*mean)[Nodes]) {
+std::optional<ParticleStiffness> add_particle(Cell& cell, Patch<Dim>& patch,
+                                              const StepContext<Dim>& step, const ParticleBin& bin,
+                                              Local p, const double (&H)[Dim][Dim],
+                                              const double (&g)[Dim][Nodes],
+                                              const double (*mean)[Nodes]) {
   const Analysis& analysis = step.model->analysis;
   const Law& law = step.model->materials[bin.material].law;
   const Beginning<Dim> before(patch, law, p);
@@ -283,10 +312,9 @@ std::optional<double> add_particle(Cell& cell, Patch<Dim>& patch, const StepCont
           .failed)
     return std::nullopt;
   StressOfStep<Dim> of_step(H, change, analysis.as_cbgeo);
-  if (!analysis.as_cbgeo) hold_torn(of_step, wave_modulus(law));
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
   cell.add(of_step, patch.particles.row(Column::volume)[p], g, mean);
-  return stiffness_in_shear(of_step);
+  return stiffness_of(of_step, wave_modulus(law));
 }
 
 }  // namespace
@@ -341,6 +369,7 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
         cell.clear();
         std::array<bool, n> used{};
         double modulus = 0;
+        bool torn = bin.begin < bin.end;
         double mean[Dim][n] = {};
         const bool takes_mean = step.model->analysis.mean_volume;
         if (takes_mean) mean_gradients<Dim>(basis, bin, V, mean);
@@ -349,7 +378,7 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
           gradients_at<Dim>(basis, p, g);
           gradient_of<Dim>(g, takes_mean ? mean : nullptr, patch.implicit.increment.data(), nodes,
                            H);
-          std::optional<double> stiffness;
+          std::optional<ParticleStiffness> stiffness;
           if constexpr (Dim == 2) {
             if (deforms_across(step.model->analysis))
               stiffness = add_particle_across(cell, basis, patch, step, bin, p, nodes, H, g);
@@ -365,11 +394,15 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
             });
             continue;
           }
-          modulus = std::max(modulus, *stiffness);
+          modulus = std::max(modulus, stiffness->in_shear);
+          torn = torn && stiffness->torn;
           for (std::size_t i = 0; i < n; ++i)
             for (std::size_t d = 0; d < Dim; ++d) used[i] = used[i] || g[d][i] != 0.0;
         }
         if (meets_bodies(patch, step, bin)) add_contact(cell, basis, patch, step, bin, nodes);
+        if (torn && !as_cbgeo)
+          hold_torn<Dim>(cell, basis, patch, bin,
+                         wave_modulus(step.model->materials[bin.material].law));
         if (supports) {
           std::array<Vec<Dim>, n> x;
           const Vec<Dim> origin = place_of(patch, *step.model->mesh, nodes[0]);

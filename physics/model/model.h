@@ -236,7 +236,7 @@ struct ImplicitSteps {
   bool quasi_static = false;                  ///< no inertia: a sequence of equilibria
   double beta = 0.25, gamma = 0.5;            ///< Newmark's parameters
   bool nonlinear = true;                      ///< Newton's method; else one linear solve per step
-  int most_iterations = 20;                   ///< of Newton's method
+  int most_iterations = 40;                   ///< of Newton's method
   double displacement_tolerance = 1e-10;      ///< [m] root mean square change of an iteration
   double residual_tolerance = 1e-10;          ///< [N] root mean square unbalanced force
   double relative_residual_tolerance = 1e-6;  ///< of the step's first unbalanced force

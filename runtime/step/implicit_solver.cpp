@@ -18,9 +18,8 @@ namespace lahar {
 
 namespace {
 
-/// Halvings of a change that makes the unbalanced force larger, and how much larger it may become.
-constexpr int most_load_halvings = 4;
-constexpr double most_growth = 2.0;
+/// Halvings of a change that makes the unbalanced force larger. The last one is taken as it is.
+constexpr int most_halvings = 8;
 /// Times that friction turns with the sliding that was found, in a part of a step.
 constexpr int most_turns = 4;
 /// Iterations in which the stiffness of motions without strain follows the material.
@@ -68,7 +67,7 @@ StepContext<Dim> ImplicitSolver<Dim>::context(Step round) const {
 }
 
 template <int Dim>
-void ImplicitSolver<Dim>::for_each_patch(auto action) {
+void ImplicitSolver<Dim>::for_each_patch(auto action) const {
   for (int p = 0; p < patches_.size(); ++p) action(patches_[p]);
 }
 
@@ -167,9 +166,8 @@ bool ImplicitSolver<Dim>::iterate() {
     const double before = k == 0 ? std::numeric_limits<double>::infinity() : balance.residual;
     balance = linearize();
     double share = 1.0;
-    for (int h = 0; k > 0 && h < most_load_halvings; ++h) {
-      if (balance.is_good() && (balance.residual <= most_growth * before || !balance.settled))
-        break;
+    for (int h = 0; k > 0 && h < most_halvings; ++h) {
+      if (balance.is_good() && (balance.residual <= before || !balance.settled)) break;
       share *= 0.5;
       for_each_patch([&](Patch<Dim>& patch) { take_back(patch, share); });
       balance = linearize();
@@ -218,6 +216,22 @@ void ImplicitSolver<Dim>::restore() {
   for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });
   unloaded_ = linearize().residual;
   for_each_patch([](Patch<Dim>& patch) { keep_unloaded(patch); });
+}
+
+template <int Dim>
+LongestMove ImplicitSolver<Dim>::longest_move() const {
+  constexpr double least_share = 0.01;
+  double heaviest = 0;
+  LongestMove longest;
+  for_each_patch(
+      [&](const Patch<Dim>& patch) { heaviest = std::max(heaviest, heaviest_node(patch)); });
+  heaviest = ranks_.max(heaviest);
+  for_each_patch([&](const Patch<Dim>& patch) {
+    const LongestMove own = lahar::longest_move(patch, least_share * heaviest);
+    longest.metres = std::max(longest.metres, own.metres);
+    longest.cells = std::max(longest.cells, own.cells);
+  });
+  return {ranks_.max(longest.metres), ranks_.max(longest.cells)};
 }
 
 template <int Dim>
@@ -270,6 +284,7 @@ ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
     }
   }
   report_.converged = true;
+  report_.longest_move = longest_move();
   report_.problem.clear();
   return report_;
 }

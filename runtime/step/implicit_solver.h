@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/kernels/implicit.h"
 #include "runtime/patches/patch_set.h"
 #include "runtime/solve/system_solver.h"
 #include "runtime/step/schemes.h"
@@ -17,6 +18,7 @@ struct ImplicitReport {
   bool converged = false;
   int iterations = 0;         ///< of Newton's method, in all parts
   int parts = 0;              ///< in which the loads were reached
+  LongestMove longest_move;   ///< of nodes with a hundredth of the heaviest one's mass
   int linear_iterations = 0;  ///< of the linear solver; direct solves have none
   /// [N] of the last part: at its beginning, and after each iteration.
   std::vector<double> residuals;
@@ -83,9 +85,10 @@ class ImplicitSolver {
   bool iterate();
   bool turn_slips();
   void restore();
+  LongestMove longest_move() const;
   /// What nodes have at the beginning of a step of `dt` from `time` on.
   void begin_step(double time, double dt);
-  void for_each_patch(auto action);
+  void for_each_patch(auto action) const;
 
   const Model<Dim>& model_;
   PatchSet<Dim>& patches_;

@@ -199,7 +199,12 @@ void SimulationDriver<Dim>::find_equilibrium() {
   solves_.linearize += report.linearize_seconds;
   solves_.linear += report.linear_seconds;
   solves_.products += report.products;
-  if (report.converged) return;
+  if (report.converged) {
+    if (!model_.analysis.implicit.quasi_static) return;
+    const double end = time_.time_at(step_) + time_.dt_of(step_);
+    if (const auto slid = slides_.add(step_ + 1, end, report.longest_move)) warn(*slid);
+    return;
+  }
   throw WholeStepError(
       fmt::format("step {} (t = {:.6g} s): no equilibrium found, not even of {:.2g} of the loads "
                   "more: {}. Is the body held everywhere it can move, and are its loads less than "

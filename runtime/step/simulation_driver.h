@@ -28,6 +28,7 @@
 #include "runtime/step/run_nodes.h"
 #include "runtime/step/run_watch.h"
 #include "runtime/step/simulation.h"
+#include "runtime/step/slide_notice.h"
 #include "runtime/step/stage_times.h"
 #include "runtime/step/staging_budget.h"
 #include "runtime/step/step_limits.h"
@@ -229,6 +230,7 @@ class SimulationDriver {
   std::optional<ImplicitSolver<Dim>> implicit_;
   std::optional<PressureSolver<Dim>> pressure_;
   SolveCounts solves_;
+  SlideNotice slides_;
   PerStep<Agreement> agreed_;
   PerStep<double> agreed_limit_;
   PerStep<std::vector<std::vector<Index>>> injected_;  ///< events, by patch

@@ -5,8 +5,10 @@
 
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "runtime/step/simulation.h"
+#include "runtime/step/slide_notice.h"
 #include "tests/runtime/step/models.h"
 
 using namespace lahar;
@@ -45,6 +47,30 @@ struct Slope {
         friction, dilation, cohesion, tension_cutoff);
   }
 };
+
+/// 2 m, 63 degrees. In the last step its foot moves by 4 cm.
+constexpr Slope sliding_slope = {.cell = 0.25,
+                                 .length = 10,
+                                 .crest = 2,
+                                 .height = 2,
+                                 .run = 1,
+                                 .layer = 1,
+                                 .friction = 25,
+                                 .dilation = 0,
+                                 .cohesion = 3e3,
+                                 .tension_cutoff = 0,
+                                 .youngs_modulus = 2e7};
+
+/// What a run says.
+std::vector<std::string> warnings_of(const Slope& slope) {
+  std::vector<std::string> said;
+  Observer observer;
+  observer.warning = [&](const std::string& text) { said.push_back(text); };
+  const Scenario scenario = read_scenario_text(slope.text(), "");
+  Simulation simulation(std::get<Model<2>>(scenario.model), {.threads = 2}, observer);
+  simulation.run();
+  return said;
+}
 
 }  // namespace
 
@@ -86,7 +112,10 @@ TEST_CASE(
        .dilation = 0,
        .cohesion = 0,
        .tension_cutoff = 0,
-       .youngs_modulus = 2e7}};
+       .youngs_modulus = 2e7},
+      // Fails, and stands again. Each change of the displacement has to make what is not in balance
+      // smaller: with twice as much allowed there was no end.
+      sliding_slope};
   for (const Slope& slope : slopes) {
     CAPTURE(slope.cohesion);
     CAPTURE(slope.tension_cutoff);
@@ -105,5 +134,40 @@ TEST_CASE(
       stresses += volume[p] * stress[6 * p + 1];
     }
     CHECK(stresses == doctest::Approx(weights).epsilon(5e-3));
+  }
+}
+
+TEST_CASE("a slope that stands is no news, one that slid into another equilibrium is") {
+  Slope stands = sliding_slope;
+  stands.cohesion = 5e3;
+  CHECK(warnings_of(stands).empty());
+  const auto said = warnings_of(sliding_slope);
+  REQUIRE(said.size() == 1);
+  CAPTURE(said[0]);
+  CHECK(said[0].starts_with("step 10 (t = 1 s): the next equilibrium was 0.0"));
+  CHECK(said[0].find("the material failed where it was, and slid") != std::string::npos);
+}
+
+TEST_CASE("a slide is told once: far in cells, and far beside the steps before") {
+  const LongestMove small{.metres = 1e-3, .cells = 2e-3}, far{.metres = 0.1, .cells = 0.2};
+  SUBCASE("a slide") {
+    SlideNotice notice;
+    for (Step k = 1; k <= 3; ++k) CHECK_FALSE(notice.add(k, 0.1, small));
+    CHECK(notice.add(4, 0.4, far));
+    CHECK_FALSE(notice.add(5, 0.5, {.metres = 10, .cells = 20}));
+  }
+  SUBCASE("less than a tenth of a cell") {
+    SlideNotice notice;
+    notice.add(1, 0.1, small);
+    CHECK_FALSE(notice.add(2, 0.2, {.metres = 0.04, .cells = 0.08}));
+  }
+  SUBCASE("always far") {
+    SlideNotice notice;
+    for (Step k = 1; k <= 10; ++k) CHECK_FALSE(notice.add(k, 0.1, far));
+  }
+  SUBCASE("loads that begin late") {
+    SlideNotice notice;
+    notice.add(1, 0.1, {});
+    CHECK_FALSE(notice.add(2, 0.2, far));
   }
 }
