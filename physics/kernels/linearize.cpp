@@ -96,7 +96,7 @@ struct CellSystem {
     }
   }
 
-  /// A stiffness against all gradients of displacement, without a force.
+  /// A stiffness `k` [N m] against all gradients of displacement, without a force.
   void add_gradient_stiffness(double k, const double (&g)[Dim][Nodes]) {
     for (int i = 0; i < Nodes; ++i)
       for (int j = 0; j < Nodes; ++j) {

@@ -76,7 +76,7 @@ TEST_CASE("implicit steps without settings are those that the input's tables say
     CHECK(steps.nonlinear);
     CHECK(steps.beta == 0.25);
     CHECK(steps.gamma == 0.5);
-    CHECK(steps.most_iterations == 20);
+    CHECK(steps.most_iterations == 40);
     CHECK(steps.displacement_tolerance == 1e-10);
     CHECK(steps.residual_tolerance == 1e-10);
     CHECK(steps.relative_residual_tolerance == 1e-6);
