@@ -177,6 +177,9 @@ HdfHandle open_data(const HdfSession& hdf, hid_t file, const std::string& path) 
   const HdfHandle space = hdf.own(H5Dget_space(data), H5Sclose);
   const double bytes = static_cast<double>(hdf.check(H5Sget_simple_extent_npoints(space))) *
                        static_cast<double>(H5Tget_size(type));
+  // HDF5 1.10 does not look whether values that are kept in the header are as many as they claim.
+  if (layout == H5D_COMPACT && bytes > static_cast<double>(H5Dget_storage_size(data)))
+    hdf.fail("'" + path + "' claims more values than there are");
   hsize_t size = 0;
   hdf.check(H5Fget_filesize(file, &size));
   if (bytes > most_compression * static_cast<double>(size))

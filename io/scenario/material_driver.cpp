@@ -82,6 +82,15 @@ class DriverBuilder {
 
   void read_change(const JsonValue& s, PathSegment& segment) {
     segment.change = six(s, "change").value_or(Voigt{});
+    read_control(s, segment);
+    for (std::size_t k = 0; k < 6; ++k)
+      if (!segment.stress_controlled[k] && !(std::abs(segment.change[k]) <= largest_path_strain))
+        in_.error(*s.find("change"),
+                  fmt::format("strains of a segment must be at most {:g}, found {:g}",
+                              largest_path_strain, segment.change[k]));
+  }
+
+  void read_control(const JsonValue& s, PathSegment& segment) {
     const JsonValue* control = s.find("control");
     if (!control) return;
     const auto& words = control->as<JsonValue::Array>();
@@ -107,11 +116,12 @@ class DriverBuilder {
       Voigt row{};
       for (double& value : row) words >> value;
       std::string more;
-      if (!words || (words >> more) ||
-          !std::all_of(row.begin(), row.end(), [](double v) { return std::isfinite(v); }))
-        return in_.error(
-            *s.find("increments"),
-            fmt::format("line {} of '{}' must have six finite numbers", number, file->name));
+      if (!words || (words >> more) || !std::all_of(row.begin(), row.end(), [](double v) {
+            return std::abs(v) <= largest_path_strain;
+          }))
+        return in_.error(*s.find("increments"),
+                         fmt::format("line {} of '{}' must have six numbers, at most {:g}", number,
+                                     file->name, largest_path_strain));
       segment.increments.push_back(row);
     }
     segment.steps = static_cast<Index>(segment.increments.size());

@@ -107,6 +107,8 @@ const Section& stage_section();
 const Section& at_start_section();
 const Section& driver_section();  ///< not of a scenario: of `lahar material`
 const Section& path_section();
+/// Of a segment, or one of its increments [-]: more is a mistake.
+inline constexpr double largest_path_strain = 10;
 
 /// Every section that the scenario reaches, each once, in reading order.
 std::vector<const Section*> all_sections();

@@ -27,7 +27,9 @@ const Section& path_section() {
           {.key = "axial_strain",
            .kinds = number,
            .help = "change of strain_zz, negative in compression",
-           .unit = "-"},
+           .unit = "-",
+           .min = -largest_path_strain,
+           .max = largest_path_strain},
           {.key = "change",
            .kinds = numbers,
            .help =

@@ -90,7 +90,8 @@ void go_on() {
 
 extern "C" void on_signal(int signal) {
   // (More than may be called here; but the crash was in HDF5, in none of these.)
-  if (signal == SIGSEGV && !rest.target.empty() && is_of_hdf5()) go_on();
+  const bool is_fault = signal == SIGSEGV || signal == SIGFPE || signal == SIGBUS;
+  if (is_fault && !rest.target.empty() && is_of_hdf5()) go_on();
   // Only what may be called here.
   const char* words = signal == SIGPROF ? "an input takes too long\n" : "an input crashes\n";
   [[maybe_unused]] auto ignored = ::write(STDERR_FILENO, words, std::strlen(words));

@@ -152,6 +152,32 @@ TEST_CASE("datasets that lead to other files, or are larger than theirs, are ref
   CHECK(has(data_refusal(folder / "pipe.h5"), "it is not a regular file"));
 }
 
+TEST_CASE("values in a header that are fewer than they claim are refused") {
+  const Folder folder;
+  const fs::path file = folder / "compact.h5";
+  const hid_t out = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hsize_t n = 0x0777;
+  const hid_t space = H5Screate_simple(1, &n, nullptr);
+  const hid_t plan = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_layout(plan, H5D_COMPACT);
+  const hid_t data =
+      H5Dcreate2(out, "data", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, plan, H5P_DEFAULT);
+  H5Dclose(data), H5Pclose(plan), H5Sclose(space), H5Fclose(out);
+  CHECK(data_refusal(file) == "read");
+  // The library refuses to write it: the number of values becomes another.
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string number("\x77\x07\0\0\0\0\0\0", 8);
+  int found = 0;
+  for (auto at = text.find(number); at != std::string::npos; at = text.find(number, at + 8)) {
+    text[at + 1] = '\x47';
+    ++found;
+  }
+  REQUIRE(found > 0);
+  std::ofstream(file, std::ios::binary) << text;
+  CHECK(has(data_refusal(file), "'data' claims more values than there are"));
+}
+
 TEST_CASE("results stay in the folder of results, whatever uuid and title say") {
   const auto folder_of = [](const std::string& title, const std::string& uuid) -> std::string {
     try {

@@ -296,3 +296,25 @@ TEST_CASE("a path that the material cannot follow ends with a message that names
   }
   CHECK(points.size() == 6);
 }
+
+TEST_CASE("strains of a path that are no strains are refused") {
+  const auto problem = [](const std::string& segment) {
+    try {
+      read_material_driver_text(R"({"material": {"type": "VonMises", "density": 1,
+        "youngs_modulus": 1e6, "poisson_ratio": 0.25, "yield_stress": 100}, "path": [)" +
+                                    segment + "]}",
+                                ".");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(problem(R"({"triaxial": "drained", "axial_strain": -10, "steps": 1})").empty());
+  CHECK(problem(R"({"triaxial": "drained", "axial_strain": -2147483649, "steps": 5000})")
+            .find("'axial_strain'") != std::string::npos);
+  const std::string shear = R"("steps": 1, "change": [1e5, 0, 0, 11, 0, 0],
+                               "control": ["stress", "strain", "strain", )";
+  CHECK(problem("{" + shear + R"("strain", "strain", "strain"]})")
+            .find("strains of a segment must be at most 10, found 11") != std::string::npos);
+  CHECK(problem("{" + shear + R"("stress", "strain", "strain"]})").empty());
+}
