@@ -202,10 +202,13 @@ struct ModifiedCamClay {
                             value_of(s[pcc]) + 0.01 * value_of(s[pc] + s[pcd]) +
                             least_pressure * pc0;
     // The first stress has moduli of its own: no steps are small enough there.
-    const double change = sigma == VoigtOf<Number>{} ? 0 : distance(trial, sigma);
+    const bool first = sigma == VoigtOf<Number>{};
+    const double change = first ? 0 : distance(trial, sigma);
     const auto take = [this](const auto& strain, auto& stress, auto* state_variables) {
       return step(strain, stress, state_variables);
     };
+    if (increment.large && !first)
+      return smooth_steps<states>(take, increment.strain, pressure, sigma, s);
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
   }
 

@@ -201,6 +201,7 @@ struct NorSand {
     const auto take = [this](const auto& strain, auto& stress, auto* state_variables) {
       return step(strain, stress, state_variables);
     };
+    if (increment.large) return smooth_steps<states>(take, increment.strain, pressure, sigma, s);
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
   }
 

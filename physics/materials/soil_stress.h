@@ -162,4 +162,59 @@ bool accurate_step(const Take& take, const VoigtOf<Number>& strain, double chang
   return distance(values_of(sigma), halves) <= step_error * pressure;
 }
 
+/// What accurate_step() and its division do, as a continuous function of the strain: implicit steps
+/// cannot be solved with any other. With R_n the result of n implicit steps, and e_n what R_n and
+/// R_2n differ by, in units of the error that n of them may have, the result is R_2 if e_1 < 1/2,
+/// goes over to R_4 smoothly as e_1 goes to 1, and so on with e_2, e_4 ... False where no number of
+/// them suffices.
+template <std::size_t States, class Number, class Take>
+bool smooth_steps(const Take& take, const VoigtOf<Number>& strain, double pressure,
+                  VoigtOf<Number>& sigma, Number* state) {
+  using std::sqrt;
+  struct Result {
+    VoigtOf<Number> sigma;
+    std::array<Number, States> state;
+    bool converged;
+  };
+  const auto in_parts = [&](int n) {
+    Result to{sigma, {}, true};
+    std::copy_n(state, States, to.state.begin());
+    VoigtOf<Number> part = strain;
+    for (Number& component : part) component /= n;
+    for (int i = 0; i < n && to.converged; ++i)
+      to.converged = take(part, to.sigma, to.state.data());
+    return to;
+  };
+  Result sum{{}, {}, true};
+  Number left(1);  // the share of what is still to come
+  Result coarse = in_parts(1);
+  for (int n = 1; n <= most_parts / 2; n *= 2) {
+    Result fine = in_parts(2 * n);
+    if (fine.converged && coarse.converged) {
+      VoigtOf<Number> difference;
+      for (std::size_t k = 0; k < 6; ++k) difference[k] = fine.sigma[k] - coarse.sigma[k];
+      const Number square = contract(difference, difference);
+      const double allowed = n * step_error * pressure, e = sqrt(value_of(square)) / allowed;
+      Number onwards(0);
+      if (!(e < 1)) {
+        onwards = Number(1);
+      } else if (e > 0.5) {
+        const Number x = 2.0 * (1 / allowed) * sqrt(square) - 1.0;
+        onwards = x * x * (3.0 - 2.0 * x);
+      }
+      const Number own = left * (1.0 - onwards);
+      for (std::size_t k = 0; k < 6; ++k) sum.sigma[k] += own * fine.sigma[k];
+      for (std::size_t k = 0; k < States; ++k) sum.state[k] += own * fine.state[k];
+      left = left * onwards;
+      if (value_of(left) == 0) {
+        sigma = sum.sigma;
+        std::copy_n(sum.state.begin(), States, state);
+        return true;
+      }
+    }
+    coarse = fine;
+  }
+  return false;
+}
+
 }  // namespace lahar
