@@ -56,6 +56,7 @@ std::optional<MaterialField<Dim>> ScenarioBuilder<Dim>::field_of(const std::stri
               "profile; raster a map");
     return std::nullopt;
   }
+  if (!given.find(kind->key)) return std::nullopt;  // a value of another kind, which is reported
   const std::string type(without_dimension(get_text(material, "type").value_or("")));
   const KeySpec& parameter = *materials_section().find(key, type);
   for (const auto& member : given.as<JsonValue::Object>()) {

@@ -169,6 +169,9 @@ TEST_CASE("fields that cannot be are refused, with what is possible") {
   has(said(R"({"at_depth": [[0, 1]], "below": 20, "cov": 0.1})"),
       "'cov' has no meaning in a profile");
   has(said(R"({"raster": "c.asc"})"), "maps of parameters are for three dimensions");
+  has(said(R"({"raster": true})"), "'raster' must be");
+  has(said(R"({"mean": []})"), "'mean' must be");
+  has(said(R"({"at_depth": 1, "below": 20})"), "'at_depth' must be");
   CHECK(said(R"({"seed": 1})").find("must be a number") == std::string::npos);
   has(said(R"({"mean": 1e4})"), "'cov' is missing in a random field");
   has(said(R"({"mean": 1e4, "cov": 0.1})"), "'correlation_length' is missing in a random field");
