@@ -44,8 +44,8 @@ constexpr std::size_t most_bytes = std::size_t{1} << 20;  // of an input
 std::string failure_file;
 const std::string* current = nullptr;
 
-/// What is left to do where HDF5 crashes: a defect of the library ends the process, which begins
-/// anew with another seed.
+/// What is left to do where HDF5 crashes or takes too long: a defect of the library ends the
+/// process, which begins anew with another seed.
 struct Rest {
   std::string target;
   std::uint64_t seed = 1;
@@ -54,7 +54,7 @@ struct Rest {
 };
 Rest rest;
 
-/// Whether HDF5 crashed in what a file says of itself. Where it moves values, the fault may be who
+/// Whether HDF5 was in what a file says of itself. Where it moves values, the fault may be who
 /// called it.
 bool is_of_hdf5() {
   std::array<void*, 64> frames{};
@@ -72,8 +72,9 @@ bool is_of_hdf5() {
 }
 
 void go_on() {
-  std::cerr << rest.target << ": HDF5 crashes, which is not counted; on with seed " << rest.seed + 1
-            << "\n";
+  std::cerr << rest.target
+            << ": HDF5 crashes or takes too long, which is not counted; on with seed "
+            << rest.seed + 1 << "\n";
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -89,9 +90,10 @@ void go_on() {
 }
 
 extern "C" void on_signal(int signal) {
-  // (More than may be called here; but the crash was in HDF5, in none of these.)
-  const bool is_fault = signal == SIGSEGV || signal == SIGFPE || signal == SIGBUS;
-  if (is_fault && !rest.target.empty() && is_of_hdf5()) go_on();
+  // (More than may be called here; but what failed was HDF5, none of these.)
+  const bool may_be_its =
+      signal == SIGSEGV || signal == SIGFPE || signal == SIGBUS || signal == SIGPROF;
+  if (may_be_its && !rest.target.empty() && is_of_hdf5()) go_on();
   // Only what may be called here.
   const char* words = signal == SIGPROF ? "an input takes too long\n" : "an input crashes\n";
   [[maybe_unused]] auto ignored = ::write(STDERR_FILENO, words, std::strlen(words));
