@@ -191,6 +191,9 @@ bool is_box(const std::array<Vec<Dim>, corners<Dim>>& corner, double deviation) 
   return true;
 }
 
+/// [m] Volumes in three dimensions, and squares, are still numbers.
+constexpr double largest_coordinate = 1e50;
+
 template <int Dim>
 void check_tables(const std::vector<Vec<Dim>>& nodes, const CellList& cells, bool isoparametric) {
   Report report;
@@ -207,6 +210,9 @@ void check_tables(const std::vector<Vec<Dim>>& nodes, const CellList& cells, boo
     if (!nodes[n].allFinite())
       report.add(fmt::format("node {} has coordinates {}; they must be finite numbers", n,
                              text<Dim>(nodes[n])));
+    else if (nodes[n].cwiseAbs().maxCoeff() > largest_coordinate)
+      report.add(fmt::format("node {} has coordinates {}; they must be at most {:g} m", n,
+                             text<Dim>(nodes[n]), largest_coordinate));
   const bool coordinates_usable = report.empty();
   // A triangle's map is affine whatever its shape; CB-Geo's published ones say that they are not
   // isoparametric.

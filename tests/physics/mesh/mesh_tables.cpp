@@ -201,6 +201,8 @@ TEST_CASE("coordinates that are not numbers, empty tables and doubled cells are 
   auto t = grid_tables<2>({1, 1});
   t.nodes[2][1] = std::numeric_limits<double>::quiet_NaN();
   CHECK(refused(t) == Text{"node 2 has coordinates (0, nan); they must be finite numbers"});
+  t.nodes[2][1] = 1e308;
+  CHECK(refused(t) == Text{"node 2 has coordinates (0, 1e+308); they must be at most 1e+50 m"});
   CHECK(refused(Tables<2>{}) == Text{"the mesh has no nodes", "the mesh has no cells"});
   auto twice = grid_tables<2>({3, 1});
   twice.cells.push_back(twice.cells[1]);
