@@ -107,7 +107,7 @@ const Section& stage_section();
 const Section& at_start_section();
 const Section& driver_section();  ///< not of a scenario: of `lahar material`
 const Section& path_section();
-/// Of a segment, or one of its increments [-]: more is a mistake.
+/// The largest strain of a segment, and of one of its increments [-].
 inline constexpr double largest_path_strain = 10;
 
 /// Every section that the scenario reaches, each once, in reading order.

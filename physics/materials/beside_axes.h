@@ -11,7 +11,7 @@ inline constexpr double beside = 1e-6;
 /// The least stress that counts here, as a share of the bulk modulus.
 inline constexpr double least_strain = 1e-6;
 
-/// The size of a stress with the mean p, of which leave_axes() moves it by a share.
+/// The size of a stress with the mean p. leave_axes() moves the stress by a share of it.
 template <class Real>
 LAHAR_INLINE Real size_for_axes(const Real& p, double K) {
   return max(max(p, -p), Real(least_strain * K));

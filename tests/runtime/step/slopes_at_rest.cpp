@@ -137,7 +137,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a slope that stands is no news, one that slid into another equilibrium is") {
+TEST_CASE("a run warns of a slope that slid into another equilibrium, not of one that stands") {
   Slope stands = sliding_slope;
   stands.cohesion = 5e3;
   CHECK(warnings_of(stands).empty());
