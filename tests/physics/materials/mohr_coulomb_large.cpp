@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "physics/materials/tangent.h"
+#include "tests/physics/materials/largest_jump.h"
 
 using namespace lahar;
 
@@ -83,12 +84,6 @@ State random_state(std::mt19937& random, const MohrCoulomb& law) {
   return after(law, any, {});
 }
 
-double distance(const State& a, const State& b) {
-  double most = 0;
-  for (std::size_t k = 0; k < 4; ++k) most = std::max(most, std::abs(a.stress[k] - b.stress[k]));
-  return most;
-}
-
 }  // namespace
 
 TEST_CASE(
@@ -106,25 +101,10 @@ TEST_CASE(
         for (std::size_t k = 0; k < 4; ++k) H[k] = from[k] + t * along[k];
         return after(law, begin, H);
       };
-      // Where the stress changes most between two points, these are moved together.
-      double low = 0, high = 1;
-      for (int zoom = 0; zoom < 8; ++zoom) {
-        constexpr int n = 24;
-        const double step = (high - low) / n, first = low;
-        State before = at(first);
-        double most = -1;
-        for (int i = 1; i <= n; ++i) {
-          const State now = at(first + i * step);
-          if (const double change = distance(now, before); change > most) {
-            most = change;
-            low = first + (i - 1) * step, high = first + i * step;
-          }
-          before = now;
-        }
-      }
+      const auto [low, high] = test::where_it_changes_most(at, 24, 8);
       // A line of 1e-11 of its length.
       const double elastic = 10 * law.wave_modulus() * size * (high - low);
-      CHECK(distance(at(low), at(high)) < 100 * elastic + 1e-6);
+      CHECK(test::stress_difference(at(low), at(high)) < 100 * elastic + 1e-6);
     }
   }
 }
@@ -146,7 +126,7 @@ TEST_CASE("Mohr-Coulomb in small increments: implicit steps end where explicit o
       const double increment = law.wave_modulus() * 5e-3 / steps;
       double size = 0;
       for (const double s : near.stress) size = std::max(size, std::abs(s));
-      CHECK(distance(far, near) < 0.01 * size + increment);
+      CHECK(test::stress_difference(far, near) < 0.01 * size + increment);
       CHECK(far.q[6] == doctest::Approx(near.q[6]).epsilon(0.01));
     }
   }

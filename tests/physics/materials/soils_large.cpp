@@ -9,6 +9,7 @@
 
 #include "physics/materials/law.h"
 #include "physics/materials/tangent.h"
+#include "tests/physics/materials/largest_jump.h"
 
 using namespace lahar;
 
@@ -69,12 +70,6 @@ Soil at_pressure(const Law& law, double p) {
   return soil;
 }
 
-double distance(const Soil& a, const Soil& b) {
-  double most = 0;
-  for (std::size_t k = 0; k < 4; ++k) most = std::max(most, std::abs(a.stress[k] - b.stress[k]));
-  return most;
-}
-
 Gradient random_gradient(std::mt19937& random, double size) {
   std::normal_distribution<double> number;
   Gradient H;
@@ -102,24 +97,9 @@ TEST_CASE("critical state soils in large increments: the stress is a continuous 
         for (std::size_t k = 0; k < 4; ++k) H[k] = from[k] + t * along[k];
         return after(law, begin, H);
       };
-      // Where the stress changes most between two points, these are moved together.
-      double low = 0, high = 1;
-      for (int zoom = 0; zoom < 6; ++zoom) {
-        constexpr int n = 16;
-        const double step = (high - low) / n, first = low;
-        Soil before = at(first);
-        double most = -1;
-        for (int i = 1; i <= n; ++i) {
-          const Soil now = at(first + i * step);
-          if (const double change = distance(now, before); change > most) {
-            most = change;
-            low = first + (i - 1) * step, high = first + i * step;
-          }
-          before = now;
-        }
-      }
+      const auto [low, high] = test::where_it_changes_most(at, 16, 6);
       // A line of 1e-7 of its length.
-      CHECK(distance(at(low), at(high)) < 1e3 * p * size * (high - low) + 1e-9 * p);
+      CHECK(test::stress_difference(at(low), at(high)) < 1e3 * p * size * (high - low) + 1e-9 * p);
     }
   }
 }
@@ -141,7 +121,7 @@ TEST_CASE("critical state soils: a large increment ends within 1 % of a thousand
         for (int i = 0; i < 1000; ++i) often = after(law, often, part, false);
         double largest = 0;
         for (const double s : often.stress) largest = std::max(largest, std::abs(s));
-        CHECK(distance(once, often) < 0.01 * largest);
+        CHECK(test::stress_difference(once, often) < 0.01 * largest);
       }
     }
 }
