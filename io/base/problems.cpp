@@ -5,33 +5,54 @@
 #include <algorithm>
 #include <cctype>
 #include <tuple>
+#include <utility>
 
 #include "io/base/text.h"
 
 namespace lahar {
 
-void ProblemList::error(Problem problem) {
-  if (errors_.size() < cap)
-    errors_.push_back(std::move(problem));
+void FirstProblems::add(Problem problem) {
+  if (kept.size() < cap)
+    kept.push_back(std::move(problem));
   else
-    ++dropped_;
+    ++dropped;
 }
 
+void ProblemList::add(FirstProblems errors, FirstProblems warnings) {
+  const auto join = [](FirstProblems& to, FirstProblems& from) {
+    for (Problem& problem : from.kept) to.add(std::move(problem));
+    to.dropped += from.dropped;
+  };
+  join(errors_, errors);
+  join(warnings_, warnings);
+}
+
+namespace {
+
+void tell_dropped(std::vector<Problem>& problems, std::size_t dropped, const std::string& file,
+                  std::string_view kind) {
+  if (dropped == 0) return;
+  problems.push_back({.file = file, .message = fmt::format("and {} more {}", dropped, kind)});
+}
+
+}  // namespace
+
 std::vector<Problem> ProblemList::errors(const std::string& file) const {
-  auto sorted = errors_;
+  auto sorted = errors_.kept;
   const auto rank = [&](const Problem& p) {
     const int group = p.file.empty() ? 0 : p.file == file ? 1 : 2;
     return group == 2 ? std::tuple(2, 0, 0) : std::tuple(group, p.line, p.column);
   };
   std::stable_sort(sorted.begin(), sorted.end(),
                    [&](const Problem& a, const Problem& b) { return rank(a) < rank(b); });
-  if (dropped_ > 0) {
-    Problem more;
-    more.file = file;
-    more.message = fmt::format("and {} more problems", dropped_);
-    sorted.push_back(std::move(more));
-  }
+  tell_dropped(sorted, errors_.dropped, file, "problems");
   return sorted;
+}
+
+std::vector<Problem> ProblemList::take_warnings(const std::string& file) {
+  FirstProblems taken = std::exchange(warnings_, {});
+  tell_dropped(taken.kept, taken.dropped, file, "warnings");
+  return std::move(taken.kept);
 }
 
 namespace {
@@ -64,6 +85,9 @@ std::string nearest(std::string_view name, const std::vector<std::string>& candi
   std::string best;
   std::size_t least = std::max<std::size_t>(1, name.size() / 3) + 1;
   for (const auto& candidate : candidates) {
+    // Each character more is an edit: no table for names that are far too long.
+    if (std::max(name.size(), candidate.size()) - std::min(name.size(), candidate.size()) >= least)
+      continue;
     const std::size_t d = distance(wanted, lower(candidate));
     if (d < least && d < candidate.size()) {
       least = d;

@@ -9,29 +9,38 @@
 
 namespace lahar {
 
-/// Errors and warnings in the order in which they were found. At most `cap` errors are kept, the
-/// rest is counted: a file with a million bad lines has one cause, and one screen shows it.
-class ProblemList {
- public:
+/// The first problems of a kind, and how many there were besides: a file with a million bad lines
+/// has one cause, and one screen shows it.
+struct FirstProblems {
   static constexpr std::size_t cap = 100;
 
-  void error(Problem problem);
-  void warning(Problem problem) { warnings_.push_back(std::move(problem)); }
+  void add(Problem problem);
+  std::size_t count() const { return kept.size() + dropped; }
 
-  bool empty() const { return errors_.empty(); }
-  std::size_t count() const { return errors_.size() + dropped_; }
-  /// The errors kept, in the order in which they were found, and how many were not.
-  const std::vector<Problem>& kept() const { return errors_; }
-  std::size_t dropped() const { return dropped_; }
-  void drop(std::size_t more) { dropped_ += more; }
+  std::vector<Problem> kept;
+  std::size_t dropped = 0;
+};
+
+/// Errors and warnings in the order in which they were found.
+class ProblemList {
+ public:
+  void error(Problem problem) { errors_.add(std::move(problem)); }
+  void warning(Problem problem) { warnings_.add(std::move(problem)); }
+  /// After those of this list.
+  void add(FirstProblems errors, FirstProblems warnings);
+
+  bool empty() const { return errors_.kept.empty(); }
+  std::size_t count() const { return errors_.count(); }
+  const FirstProblems& found_errors() const { return errors_; }
+  const FirstProblems& found_warnings() const { return warnings_; }
   /// The errors: the command line's, those of `file` in its order, then the side files'; the last
   /// one says how many more there are, if so.
   std::vector<Problem> errors(const std::string& file) const;
-  std::vector<Problem> take_warnings() { return std::move(warnings_); }
+  /// The warnings; the last one says how many more there are, if so.
+  std::vector<Problem> take_warnings(const std::string& file);
 
  private:
-  std::vector<Problem> errors_, warnings_;
-  std::size_t dropped_ = 0;
+  FirstProblems errors_, warnings_;
 };
 
 /// The candidate that a misspelt name most likely means: smallest edit distance (insertion,

@@ -66,6 +66,17 @@ std::vector<Problem> take_problems(Letter& letter) {
   return problems;
 }
 
+void put(Letter& letter, const FirstProblems& found) {
+  put(letter, found.kept);
+  letter.put(static_cast<Index>(found.dropped));
+}
+
+FirstProblems take_first_problems(Letter& letter) {
+  FirstProblems found{.kept = take_problems(letter)};
+  found.dropped = static_cast<std::size_t>(letter.number());
+  return found;
+}
+
 // Exceptions by kind; the rest becomes a std::runtime_error.
 enum Kind : Index { input, file, simulation, ranks, memory, other };
 
@@ -136,15 +147,12 @@ void by_the_first(const Team& team, ProblemList& problems,
     if (team.index() != 0) return;
     ProblemList found;
     look(found);
-    letter.put(static_cast<Index>(found.dropped()));
-    put(letter, found.kept());
-    put(letter, found.take_warnings());
+    put(letter, found.found_errors());
+    put(letter, found.found_warnings());
   });
   Letter said(team.gather(letter.content()).front());
-  const Index dropped = said.number();
-  for (Problem& p : take_problems(said)) problems.error(std::move(p));
-  problems.drop(static_cast<std::size_t>(dropped));
-  for (Problem& p : take_problems(said)) problems.warning(std::move(p));
+  FirstProblems errors = take_first_problems(said), warnings = take_first_problems(said);
+  problems.add(std::move(errors), std::move(warnings));
 }
 
 }  // namespace lahar

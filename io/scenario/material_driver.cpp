@@ -143,7 +143,7 @@ MaterialDriver read_driver(ScenarioInput in, const ScenarioOptions& options) {
   check_section(driver_section(), root, 3, in.document, in.problems);
   MaterialDriver driver = DriverBuilder(in).build();
   if (!in.problems.empty()) throw InputError(in.problems.errors(in.file));
-  driver.warnings = in.problems.take_warnings();
+  driver.warnings = in.problems.take_warnings(in.file);
   return driver;
 }
 
