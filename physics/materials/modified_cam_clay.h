@@ -208,7 +208,8 @@ struct ModifiedCamClay {
       return step(strain, stress, state_variables);
     };
     if (increment.large && !first)
-      return smooth_steps<states>(take, increment.strain, pressure, sigma, s);
+      return smooth_steps<states>(take, increment.strain, pressure, sigma, s) ||
+             land_in_steps(*this, increment, sigma, s);
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
   }
 

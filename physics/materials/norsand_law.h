@@ -201,7 +201,9 @@ struct NorSand {
     const auto take = [this](const auto& strain, auto& stress, auto* state_variables) {
       return step(strain, stress, state_variables);
     };
-    if (increment.large) return smooth_steps<states>(take, increment.strain, pressure, sigma, s);
+    if (increment.large)
+      return smooth_steps<states>(take, increment.strain, pressure, sigma, s) ||
+             land_in_steps(*this, increment, sigma, s);
     return accurate_step<states>(take, increment.strain, change, pressure, sigma, s);
   }
 

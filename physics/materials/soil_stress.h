@@ -162,15 +162,25 @@ bool accurate_step(const Take& take, const VoigtOf<Number>& strain, double chang
   return distance(values_of(sigma), halves) <= step_error * pressure;
 }
 
+/// Into so many steps smooth_steps() divides an increment. More would take seconds for soil that an
+/// iteration of Newton's method has torn far apart.
+inline constexpr int most_smooth_steps = 128;
+
 /// What accurate_step() and its division do, as a continuous function of the strain: implicit steps
 /// cannot be solved with any other. With R_n the result of n implicit steps, and e_n what R_n and
 /// R_2n differ by, in units of the error that n of them may have, the result is R_2 if e_1 < 1/2,
-/// goes over to R_4 smoothly as e_1 goes to 1, and so on with e_2, e_4 ... False where no number of
-/// them suffices.
+/// goes over to R_4 smoothly as e_1 goes to 1, and so on with e_2, e_4 ... False, with nothing
+/// changed, where most_smooth_steps do not suffice.
 template <std::size_t States, class Number, class Take>
 bool smooth_steps(const Take& take, const VoigtOf<Number>& strain, double pressure,
                   VoigtOf<Number>& sigma, Number* state) {
   using std::sqrt;
+  if constexpr (is_dual<Number>) {  // derivatives take long: only where there is a result
+    Voigt values = values_of(sigma);
+    std::array<double, States> copy;
+    for (std::size_t k = 0; k < States; ++k) copy[k] = value_of(state[k]);
+    if (!smooth_steps<States>(take, values_of(strain), pressure, values, copy.data())) return false;
+  }
   struct Result {
     VoigtOf<Number> sigma;
     std::array<Number, States> state;
@@ -188,7 +198,7 @@ bool smooth_steps(const Take& take, const VoigtOf<Number>& strain, double pressu
   Result sum{{}, {}, true};
   Number left(1);  // the share of what is still to come
   Result coarse = in_parts(1);
-  for (int n = 1; n <= most_parts / 2; n *= 2) {
+  for (int n = 1; n <= most_smooth_steps / 2; n *= 2) {
     Result fine = in_parts(2 * n);
     if (fine.converged && coarse.converged) {
       VoigtOf<Number> difference;
@@ -215,6 +225,18 @@ bool smooth_steps(const Take& take, const VoigtOf<Number>& strain, double pressu
     coarse = fine;
   }
   return false;
+}
+
+/// Where smooth_steps() is not accurate enough: as many steps, each as `law.land` takes it. False
+/// where stress or strain are not finite.
+template <class LawType, class Number>
+bool land_in_steps(const LawType& law, const IncrementOf<Number>& whole, VoigtOf<Number>& sigma,
+                   Number* state) {
+  const IncrementOf<Number> part = part_of(whole, most_smooth_steps);
+  for (std::size_t k = 0; k < 6; ++k)
+    if (!std::isfinite(value_of(part.strain[k]) + value_of(sigma[k]))) return false;
+  for (int i = 0; i < most_smooth_steps; ++i) law.land(part, sigma, state);
+  return true;
 }
 
 }  // namespace lahar
