@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "physics/geometry/solid_samples.h"
 
@@ -16,6 +17,8 @@ constexpr int cuts_of(int dim) {
 constexpr double steps_of_contact = 20;  ///< 1 / (omega dt)
 constexpr double damping_ratio = 0.3;
 constexpr double share_of_point = 0.25;
+/// The sum of the shares of all points of flat faces that touch the other body is not more.
+constexpr double most_of_flat = 16;
 
 template <int Dim>
 bool is_free(const RigidBody<Dim>& body) {
@@ -170,11 +173,15 @@ void RigidCollisions<Dim>::add_pair(const Near& pair, const std::vector<Placemen
       return other.round && (other.x - touch.x).norm() < 1.5 * spacing;
     });
   };
-  for (const Touch& touch : touches) {
-    if (beside_round(touch)) continue;
-    const auto& [x, near, is_round] = touch;
+  std::vector<Touch> counting;
+  std::copy_if(touches.begin(), touches.end(), std::back_inserter(counting),
+               [&](const Touch& touch) { return !beside_round(touch); });
+  const double flat = static_cast<double>(counting.size()) - round;
+  const double of_round = std::max(share_of_point, 1 / round);
+  const double of_flat = std::min(share_of_point, most_of_flat / (is_free(wall) ? 2 * flat : flat));
+  for (const auto& [x, near, is_round] : counting) {
     const Vec<Dim>& normal = near.normal;
-    const double part = is_round ? std::max(share_of_point, 1 / round) : share_of_point;
+    const double part = is_round ? of_round : of_flat;
     const Vec<Dim> w = here.velocity_at(x) - there.velocity_at(x);
     const double along = w.dot(normal);
     const double push =

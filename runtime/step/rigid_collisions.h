@@ -15,10 +15,12 @@ namespace lahar {
 ///
 /// Where the surface is round, points next to the other body move to where it is nearest to that
 /// one. So a ball touches a plane in one point, and the push there does not turn it. Up to four
-/// such points share the push of four. m is the mass of the body, or of two free ones their reduced
-/// mass; mu is the larger coefficient of the two. The push is so soft that dt resolves it with any
-/// number of points, and so stiff that a body at rest sinks in by some hundred g dt^2. This dt is a
-/// part of the step of particles (RigidMotion::move()).
+/// such points share the push of four; of a flat face any number shares the push of 64, or of 32
+/// where the other body is free and its points push, too. m is the mass of the body, or of two free
+/// ones their reduced mass; mu is the larger coefficient of the two. So the push is soft enough for
+/// dt: its damping takes at most half of a velocity in one step. And it is so stiff that a body at
+/// rest sinks in by some hundred g dt^2. This dt is a part of the step of particles
+/// (RigidMotion::move()).
 template <int Dim>
 class RigidCollisions {
  public:
