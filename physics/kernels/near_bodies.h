@@ -1,6 +1,7 @@
 /// \file Rigid bodies as the kernels of contact see them, and which cells they are near.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -18,7 +19,7 @@ template <int Dim>
 class Bodies {
  public:
   Bodies(const Patch<Dim>& patch, const StepContext<Dim>& step)
-      : bodies_(step.model->rigid_bodies), at_(patch.placements) {}
+      : bodies_(step.model->rigid_bodies), at_(patch.placements), analysis_(step.model->analysis) {}
   std::size_t size() const { return bodies_.size(); }
   const RigidBody<Dim>& operator[](std::size_t k) const { return bodies_[k]; }
   const Placement<Dim>& at(std::size_t k) const { return at_[k]; }
@@ -28,6 +29,14 @@ class Bodies {
     auto found = body.solid->nearest(in_body(k, x));
     found.normal = at_[k].axes * found.normal;
     return found;
+  }
+  /// Mass of a free body over the largest area by which it can be touched [kg/m^2].
+  double mass_over_area(std::size_t k) const {
+    const auto [low, high] = bodies_[k].solid->bounds();
+    Vec<Dim> extent = high - low;
+    std::sort(extent.data(), extent.data() + Dim);
+    const double area = depth_at(analysis_, high[0]) * extent.template tail<Dim - 1>().prod();
+    return bodies_[k].mass / area;
   }
   /// Whether x is certainly outside of body k by `distance` [m] or more.
   bool is_beyond(std::size_t k, const Vec<Dim>& x, double distance) const {
@@ -42,6 +51,7 @@ class Bodies {
 
   const std::vector<RigidBody<Dim>>& bodies_;
   const std::vector<Placement<Dim>>& at_;
+  const Analysis& analysis_;
 };
 
 /// The middle of a local cell, and the radius of a ball around it [m].

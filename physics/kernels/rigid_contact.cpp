@@ -19,6 +19,7 @@ namespace {
 
 constexpr double damping_ratio = 0.3;  ///< zeta
 constexpr double most_share = 1.5;     ///< of m / dt^2 that k may be
+constexpr double most_of_body = 0.5;   ///< the same of a free body, all its springs together
 
 /// A particle where it will be at the end of the step.
 template <int Dim>
@@ -30,6 +31,7 @@ struct Touching {
   double section, h;          ///< [m^Dim] volume over depth; [m] of the cell
   double area, reach;         ///< [m^2] of its surface, [m]
   double stiffness, damping;  ///< k, c
+  double swings, longest;     ///< [kg] that the dashpot damps; [s] the longest step, 0 = any
 };
 
 /// What contact does to a particle.
@@ -109,6 +111,22 @@ double sticky_area(const Touching<Dim>& p, const Vec<Dim>& normal) {
   return p.depth * p.section / thickness;
 }
 
+struct Spring {
+  double stiffness, damping;  ///< k, c
+};
+
+/// What a free body allows: the part of its mass that is above the surface of the particle swings
+/// on this spring, too.
+template <int Dim>
+Spring spring_to(const Touching<Dim>& p, const Bodies<Dim>& bodies, std::size_t k) {
+  const Spring spring{p.stiffness, p.damping};
+  if (bodies[k].motion != RigidBody<Dim>::Motion::free || p.longest == 0) return spring;
+  const double mass = p.area * bodies.mass_over_area(k);
+  const double most = most_of_body * mass / (p.longest * p.longest);
+  if (spring.stiffness <= most) return spring;
+  return {most, 2 * damping_ratio * std::sqrt(most * std::min(p.swings, mass))};
+}
+
 /// Contact of a particle with body k, which is nearest to it as `near` says. `rest` is what is left
 /// of the shear of the step before: each body takes the part along its surface, as far as friction
 /// allows. A body that is nearer than `closed` [m] is closed. Without `reactions` the stiffness is
@@ -121,22 +139,23 @@ void touch(const Touching<Dim>& p, const Bodies<Dim>& bodies, std::size_t k,
   if (!(gap < closed)) return;
   all.any = true;
   const RigidBody<Dim>& body = bodies[k];
+  const auto [stiffness, damping] = spring_to(p, bodies, k);
   const Vec<Dim> move = p.move - p.dt * bodies.at(k).velocity_at(p.x);
   const double closing = -move.dot(near.normal);
   const Vec<Dim> slip = move + closing * near.normal;
-  const double spring = -p.stiffness * gap;
-  const double push = std::max(0.0, spring + p.damping / p.dt * closing);
-  Vec<Dim> shear = rest - rest.dot(near.normal) * near.normal - p.stiffness * slip;
+  const double spring = -stiffness * gap;
+  const double push = std::max(0.0, spring + damping / p.dt * closing);
+  Vec<Dim> shear = rest - rest.dot(near.normal) * near.normal - stiffness * slip;
   const double held = body.cohesion > 0 ? body.cohesion * sticky_area(p, near.normal) : 0.0;
   const double most = push > 0 ? body.friction * push + held : 0.0;
-  if (!reactions) add_stiffness<Dim>(all, body, p.stiffness, near.normal, shear, most);
+  if (!reactions) add_stiffness<Dim>(all, body, stiffness, near.normal, shear, most);
   const double size = shear.norm();
   if (size > most) {
-    all.lost += most * (size - most) / p.stiffness;  // slides by the rest of the spring
+    all.lost += most * (size - most) / stiffness;  // slides by the rest of the spring
     shear *= most / size;
   }
   // What friction leaves is for the dashpot along the surface.
-  Vec<Dim> drag = -p.damping / p.dt * slip;
+  Vec<Dim> drag = -damping / p.dt * slip;
   if (const double sum = (shear + drag).norm(); sum > most)
     drag = (shear + drag) * (most / sum) - shear;
   all.lost += (push - std::max(0.0, spring)) * closing - drag.dot(slip);
@@ -218,7 +237,7 @@ void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bi
   double& reach = rows.reach[p];
   if (!(reach > 0)) reach = first_reach(reach, at.x, at.mass / (bin.density * at.depth), bodies);
   at.reach = reach;
-  at.damping = 0;
+  at.damping = at.swings = at.longest = 0;
 }
 
 /// The step moves it, and its material gives it a spring.
@@ -246,8 +265,9 @@ double longest_step(const StepContext<Dim>& step, const ContactBin& bin) {
 template <int Dim>
 void limit_spring(Touching<Dim>& p, const ContactBin& bin, double longest) {
   p.stiffness = std::min(p.stiffness, most_share * p.mass / (longest * longest));
-  const double layer = 0.5 * bin.density * p.area * bin.h;
-  p.damping = 2 * damping_ratio * std::sqrt(p.stiffness * std::min(layer, p.mass));
+  p.longest = longest;
+  p.swings = std::min(0.5 * bin.density * p.area * bin.h, p.mass);
+  p.damping = 2 * damping_ratio * std::sqrt(p.stiffness * p.swings);
 }
 
 /// Contact of the particles whose bits are set, of the pack from `first` on, with all bodies.

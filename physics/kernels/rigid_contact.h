@@ -25,6 +25,11 @@
 /// such particles in the run, so that k is constant. It bounds particles whose reach is less than
 /// 2/3 (c dt)^2 / h with the speed of waves c.
 ///
+/// A free body moves by explicit steps, too. Its springs all together have at most half of its mass
+/// over dt^2: k <= M_b A / (2 A_b dt^2), M_b its mass, A_b the product of its larger extents, and
+/// c has M_b A / A_b in place of a larger mass of the particle. This bounds bodies that are lighter
+/// than some part of a cell of the material.
+///
 /// Particles of axisymmetric models are rings: V / 2 pi r is in place of V, and A is 2 pi r times
 /// the length of the section. The reaction along r is the sum over the circle. Couples of a ring
 /// cancel: bodies get no torque.
