@@ -46,7 +46,8 @@ double RestTest<Dim>::sum(auto&& part) const {
 }
 
 template <int Dim>
-bool RestTest<Dim>::judge(double time, double kinetic, std::optional<double> unbalanced) {
+bool RestTest<Dim>::judge(double time, double kinetic, const RestOfBodies& bodies,
+                          std::optional<double> unbalanced) {
   const StepContext<Dim> context{&model_, &patches_.partition(), 0, time, 0.0};
   const auto over = [](double a, double b) {
     return b > 0 ? a / b : a > 0 ? std::numeric_limits<double>::infinity() : 0.0;
@@ -54,15 +55,16 @@ bool RestTest<Dim>::judge(double time, double kinetic, std::optional<double> unb
   if (!unbalanced)
     unbalanced = sum([](Patch<Dim>& patch) { return std::exchange(patch.unbalanced, 0.0); });
   const double loads = sum([&](const Patch<Dim>& patch) { return loads_on(patch, context); });
-  state_.imbalance = over(*unbalanced, loads);
+  state_.imbalance = over(*unbalanced + bodies.unbalanced, loads + bodies.loads);
   if (!is_implicit(model_.analysis))
     state_.kinetic =
-        over(kinetic, sum([&](const Patch<Dim>& patch) { return stored_energy(patch, model_); }));
+        over(kinetic + bodies.kinetic,
+             sum([&](const Patch<Dim>& patch) { return stored_energy(patch, model_); }));
   // While loads grow, forces may be in balance all the time.
   const bool settled =
       std::all_of(model_.functions.begin(), model_.functions.end(),
                   [&](const MathFunction& function) { return time >= settled_at(function); });
-  state_.reached = settled && is_at_rest(model_.analysis.until, state_);
+  state_.reached = settled && !bodies.moved && is_at_rest(model_.analysis.until, state_);
   return state_.reached;
 }
 

@@ -1,8 +1,9 @@
 /// \file The test of equilibrium that ends a run: when nothing moves and all forces are in balance.
 ///
 /// Both measures do not depend on the mesh: the sum of the unbalanced forces of nodes over that of
-/// all loads, and the kinetic energy over the elastic energy of the stresses. Sums are exact, so
-/// that all ranks find the same.
+/// all loads, and the kinetic energy over the elastic energy of the stresses. Free rigid bodies
+/// count in both, and nothing is at rest while a body moves as prescribed. Sums are exact, so that
+/// all ranks find the same.
 #pragma once
 
 #include <optional>
@@ -12,6 +13,7 @@
 #include "io/run/checkpoint_header.h"
 #include "physics/kernels/imbalance.h"
 #include "runtime/patches/patch_set.h"
+#include "runtime/step/rigid_motion.h"
 
 namespace lahar {
 
@@ -40,8 +42,9 @@ class RestTest {
   }
 
   /// At `time`, with what nodes had in the step before, or with what an implicit step will have.
-  /// True: the run ends now. Collective.
-  bool judge(double time, double kinetic, std::optional<double> unbalanced = {});
+  /// `kinetic` is that of particles. True: the run ends now. Collective.
+  bool judge(double time, double kinetic, const RestOfBodies& bodies,
+             std::optional<double> unbalanced = {});
   /// A run goes on, whose bounds may be others. True: it has ended.
   bool resume(const RestState& state);
   const RestState& state() const { return state_; }

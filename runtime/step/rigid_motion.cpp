@@ -133,8 +133,9 @@ void RigidMotion<Dim>::begin(Step first) {
     Placement<Dim> place;
     place.origin = body.centre + body.moved;
     place.axes = body.turned;
-    place.velocity = body.velocity;
-    place.spin = body.spin;
+    // A stage may hold what was moving.
+    place.velocity = body.velocity.cwiseProduct(Vec<Dim>::Ones() - body.held);
+    place.spin = body.spin.cwiseProduct(Vec<3>::Ones() - body.held_spin);
     at.push_back(place);
   }
   after_[first + max_lead + 1] = at;  // the slot of the step before the first
@@ -282,6 +283,29 @@ void RigidMotion<Dim>::move(Step step, double time, double dt) {
                    : placement_at(body, model_.functions, time + part * (dt / parts));
     }
   }
+}
+
+template <int Dim>
+RestOfBodies RigidMotion<Dim>::rest(Step step, double time, double dt) const {
+  RestOfBodies rest;
+  const double gravity =
+      (load_factor(model_, model_.gravity_function, time) * model_.gravity).norm();
+  for (std::size_t k = 0; k < model_.rigid_bodies.size(); ++k) {
+    const RigidBody<Dim>& body = model_.rigid_bodies[k];
+    const Placement<Dim> at = placement(k, step + max_lead + 1, time);
+    const Vec<3> spin = at.spin;
+    if (body.motion != RigidBody<Dim>::Motion::free) {
+      rest.moved |= !at.velocity.isZero(0) || !spin.isZero(0);
+      continue;
+    }
+    const Vec<Dim> before = after_[step + max_lead][k].velocity;
+    Eigen::Matrix3d inertia = body.inertia;
+    if constexpr (Dim == 3) inertia = at.axes * inertia * at.axes.transpose();
+    rest.kinetic += 0.5 * (body.mass * at.velocity.squaredNorm() + spin.dot(inertia * spin));
+    rest.unbalanced += body.mass * (at.velocity - before).norm() / dt;
+    rest.loads += body.mass * gravity;
+  }
+  return rest;
 }
 
 template <int Dim>

@@ -13,6 +13,14 @@
 
 namespace lahar {
 
+/// Rigid bodies in the test of equilibrium. What is out of balance on a free body is its mass times
+/// its acceleration: it has the pushes of other bodies, too.
+struct RestOfBodies {
+  double kinetic = 0;                ///< [J] of free bodies
+  double unbalanced = 0, loads = 0;  ///< [N] on them
+  bool moved = false;                ///< one moves as prescribed
+};
+
 /// Motion of free bodies by the forces of particles, gravity, and of other rigid bodies. With the
 /// force F and torque M on a body at the beginning of a step of dt:
 ///
@@ -46,6 +54,9 @@ class RigidMotion {
   void take(Step step, std::span<const Index> elements);
   /// Move the bodies in `step`, from `time` [s] on.
   void move(Step step, double time, double dt);
+  /// What bodies have in the test of equilibrium before `step`, at `time` [s]; the step before
+  /// took `dt` [s].
+  RestOfBodies rest(Step step, double time, double dt) const;
   /// Names and places of all bodies at the end of a step, at `time` [s], for a row of the history.
   void describe(Step step, double time, HistoryRow& row) const;
 

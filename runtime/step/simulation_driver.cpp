@@ -333,7 +333,9 @@ void SimulationDriver<Dim>::test_rest() {
   std::optional<double> unbalanced;
   if (implicit_) unbalanced = implicit_->unbalanced(time_.time_at(step_), time_.dt_of(step_));
   const bool had_finished = finished();
-  if (!rest_.judge(time_.time_at(step_), history().kinetic, unbalanced)) return;
+  const double time = time_.time_at(step_);
+  const RestOfBodies bodies = rigid_.rest(step_, time, time_.last_dt(step_));
+  if (!rest_.judge(time, history().kinetic, bodies, unbalanced)) return;
   time_.end_at(step_);
   if (!had_finished) check_end();
 }
