@@ -333,6 +333,7 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
         state_for(use, state.bytes(static_cast<std::size_t>(stored)), state.run.columns, layout_);
     unpack<Dim>(bytes, *patches_[at], state.run.step, bounds);
     if (new_places) find_natural_coordinates(*patches_[at]);
+    if (use != StateUse::go_on) follow_parameters<Dim>(*patches_[at], model_->materials);
   });
   if (use == StateUse::other_run) {
     give_loads<Dim>(patches_, loads, ranks_);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "physics/materials/law.h"
 #include "physics/mesh/inverse_mapping.h"
 #include "runtime/patches/patch_state_layout.h"
 
@@ -169,6 +170,20 @@ void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
 }
 
 template <int Dim>
+void follow_parameters(Patch<Dim>& patch, std::span<const Material> materials) {
+  Particles<Dim>& particles = patch.particles;
+  if (!particles.layout().has(Column::state)) return;
+  std::vector<double> state(static_cast<std::size_t>(particles.layout().components(Column::state)));
+  patch.for_each_particle([&](Local p) {
+    for (std::size_t k = 0; k < state.size(); ++k)
+      state[k] = particles.row(Column::state, static_cast<int>(k))[p];
+    follow_parameters(materials[particles.material[static_cast<std::size_t>(p)]].law, state.data());
+    for (std::size_t k = 0; k < state.size(); ++k)
+      particles.row(Column::state, static_cast<int>(k))[p] = state[k];
+  });
+}
+
+template <int Dim>
 void find_natural_coordinates(Patch<Dim>& patch) {
   const auto x = patch.particles.template rows<Dim>(Column::x);
   const auto xi = patch.particles.template rows<Dim>(Column::xi);
@@ -192,6 +207,7 @@ void find_natural_coordinates(Patch<Dim>& patch) {
                                   const std::vector<ParticleLoads>&, const Communicator&);        \
   template void give_loads(std::span<const std::unique_ptr<Patch<Dim>>>,                          \
                            const std::vector<ParticleLoads>&, const Communicator&);               \
+  template void follow_parameters(Patch<Dim>&, std::span<const Material>);                        \
   template void find_natural_coordinates(Patch<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

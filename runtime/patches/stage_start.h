@@ -48,6 +48,10 @@ template <int Dim>
 void give_loads(std::span<const std::unique_ptr<Patch<Dim>>> patches,
                 const std::vector<ParticleLoads>& loads, const Communicator& ranks);
 
+/// State variables that follow from parameters, of particles whose materials may have others now.
+template <int Dim>
+void follow_parameters(Patch<Dim>& patch, std::span<const Material> materials);
+
 /// Natural coordinates of particles in cells of a grid, from where they are.
 template <int Dim>
 void find_natural_coordinates(Patch<Dim>& patch);
@@ -60,6 +64,7 @@ void find_natural_coordinates(Patch<Dim>& patch);
                                          const std::vector<ParticleLoads>&, const Communicator&); \
   extern template void give_loads(std::span<const std::unique_ptr<Patch<Dim>>>,                   \
                                   const std::vector<ParticleLoads>&, const Communicator&);        \
+  extern template void follow_parameters(Patch<Dim>&, std::span<const Material>);                 \
   extern template void find_natural_coordinates(Patch<Dim>&);
 LAHAR_DECLARE(2)
 LAHAR_DECLARE(3)
