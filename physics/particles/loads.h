@@ -84,7 +84,8 @@ struct SurfaceForce {
   }
 };
 
-/// The area on which a traction acts on particle p [m^2; m per m of depth, of rings the whole one].
+/// The area on which a traction acts on particle p [m^2; m per m of depth, of rings the whole one],
+/// where its centre is.
 /// It does not follow how the particle deforms, but for the radius of rings: a load stays the load
 /// that it was. That of CB-Geo MPM does, by the present volume over the initial size.
 template <int Dim>
@@ -110,9 +111,14 @@ SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
   for (std::size_t k = 0; k < tractions.size(); ++k) {
     const ParticleTraction& one = tractions[k];
     if (!(bits >> k & 1) || one.on_liquid != on_liquid) continue;
-    const double area = loaded_area(particles, p, one, step.model->analysis);
-    all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) * area;
-    all.offset[one.dir] = 0.5 * one.side * particles.row(Column::volume)[p] / area;
+    const Analysis& analysis = step.model->analysis;
+    const double area = loaded_area(particles, p, one, analysis);
+    const double offset = 0.5 * one.side * particles.row(Column::volume)[p] / area;
+    const double r = particles.row(Column::x)[p];
+    const bool along_r = analysis.plane == Plane::axisymmetric && one.axis == 0;
+    all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) * area *
+                         (along_r ? 1 + offset / r : 1.0);
+    all.offset[one.dir] = offset;
   }
   return all;
 }
