@@ -1,11 +1,17 @@
 /// \file A skeleton with a liquid in its pores: one set of particles, which move with the skeleton
 /// and carry velocity and pressure of the liquid (Jassim, Stolle & Vermeer 2013; as in the fork of
 /// CB-Geo MPM). Nodes have momenta of both phases,
-///     m_l a_l = f_l + m_l g - Q (v_l - v),    f_l = sum_p n V p grad N,
+///     m_l a_l = f_l + m_l g - Q (v_l - v),    f_l = n_i sum_p V p grad N,
 ///     m a = f - f_l + m g + Q (v_l - v),      f = sum_p V (p I - sigma') grad N + tractions,
 /// with the effective stress sigma' of the law, pore pressure p > 0 in compression, and the drag
 /// Q_d = sum_p N V n^2 r_d (Pores::drag_volume(), PoreLiquid::resistance). Acceleration of the
 /// liquid against the skeleton is kept, its advection is not.
+///
+/// The porosity n_i = m_l / sum_p N V rho is that of the node: f_l is that of -n grad p, not of
+/// -grad(n p), which is another one where layers of different porosity meet. The same holds for
+/// the change of the pressure, whose work is that of these forces:
+///     dp/dt = -K / n div u,    u_i = v_i + n_i (v_l,i - v_i).
+/// USF, projections and CB-Geo MPM have the porosity of particles in both.
 ///
 /// Drag is implicit at the node: a system of two equations for each direction, so that the step has
 /// no limit of 2 k / (n g).
@@ -72,8 +78,13 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void update_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// dp = -dt K / n ((1 - n) div v + n div v_l), after the skeleton's volume has changed. `skeleton`
-/// is what update_stress() took for the same bins; with linear Q4 and H8 it is not read.
+/// Before update_pore_pressure(): u of nodes.
+template <int Dim>
+void liquid_discharge(Patch<Dim>& patch);
+
+/// dp = -dt K / n div u, or -dt K / n ((1 - n) div v + n div v_l) without nodal porosities, after
+/// the skeleton's volume has changed. `skeleton` is what update_stress() took for the same bins;
+/// with linear Q4 and H8, and with nodal porosities, it is not read.
 template <int Dim>
 void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                           const VelocityGradients<Dim>& skeleton);

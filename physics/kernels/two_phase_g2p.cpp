@@ -74,14 +74,12 @@ void prescribe_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, const Par
   }
 }
 
-/// Pressures of the n particles from p on, from div v and div v_l [1/s] and their porosity.
+/// Pressures of the n particles from p on, from div u [1/s] and their porosity.
 template <int Dim>
 LAHAR_INLINE void add_pressure(Patch<Dim>& patch, double bulk_modulus, double dt, Local p, Local n,
-                               const Pack& porosity, const Pack& skeleton, const Pack& liquid,
-                               Pack& all_work) {
+                               const Pack& porosity, const Pack& rate, Pack& all_work) {
   double* pressure = patch.particles.row(Column::pore_pressure) + p;
   const Pack V = load<Pack>(patch.particles.row(Column::volume) + p);
-  const Pack rate = (Pack(1.0) - porosity) * skeleton + porosity * liquid;
   const Pack before = load<Pack>(pressure);
   const Pack after = before - (dt * bulk_modulus) * (rate / porosity);
   store_first(after, pressure, n);
@@ -156,24 +154,27 @@ template <int Dim>
 void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                           const VelocityGradients<Dim>& skeleton) {
   const auto& materials = step.model->materials;
-  const bool each = step.model->analysis.volume_as_cbgeo;
+  const bool each = step.model->analysis.volume_as_cbgeo, nodal = !patch.liquid.porosity.empty();
+  const NodeArray& moves = nodal ? patch.liquid.discharge : patch.liquid.velocity;
   const double* m = patch.particles.row(Column::mass);
   const double* V = patch.particles.row(Column::volume);
   Pack work(0.0);
-  // `rates(p)` gives div v and div v_l at the particles from p on.
+  // `rates(p)` gives div v and div v_l, or div u, at the particles from p on.
   const auto update_bin = [&](const ParticleBin& bin, const Pores& pores, auto&& rates) {
     const Pack mean(each ? 0.0 : mean_porosity(patch, pores, bin));
     for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
       const Pack porosity = each ? pores.porosity(load<Pack>(m + p), load<Pack>(V + p)) : mean;
       const auto [skeleton, liquid] = rates(p);
-      add_pressure(patch, pores.liquid().bulk_modulus, step.dt, p, bin.end - p, porosity, skeleton,
-                   liquid, work);
+      const Pack rate =
+          nodal ? liquid : Pack((Pack(1.0) - porosity) * skeleton + porosity * liquid);
+      add_pressure(patch, pores.liquid().bulk_modulus, step.dt, p, bin.end - p, porosity, rate,
+                   work);
     }
   };
   if (general::is(patch)) {
     // A buffer that all patches of a thread share stays in its cache.
     static thread_local VelocityGradients<Dim> liquid;
-    general::find_gradients<Dim, Pack>(patch, step, bins, patch.liquid.velocity.data(), liquid);
+    general::find_gradients<Dim, Pack>(patch, step, bins, moves.data(), liquid);
     for (const ParticleBin& bin : bins) {
       if (!materials[bin.material].liquid || bin.begin == bin.end) continue;
       const Pores pores(*materials[bin.material].liquid);
@@ -197,7 +198,7 @@ void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
       if (!materials[bin.material].liquid) return;
       const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
       const Pack skeleton(trace_at_centre<Dim>(map, patch.velocity.data(), corner));
-      const Pack liquid(trace_at_centre<Dim>(map, patch.liquid.velocity.data(), corner));
+      const Pack liquid(trace_at_centre<Dim>(map, moves.data(), corner));
       update_bin(bin, Pores(*materials[bin.material].liquid),
                  [&](Local) { return std::pair(skeleton, liquid); });
     });

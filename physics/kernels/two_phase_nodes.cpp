@@ -58,7 +58,19 @@ void liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   });
   };
   take(NodeSum::liquid_force, patch.liquid.force);
-  take(NodeSum::drag, patch.liquid.drag);
+  if (patch.liquid.porosity.empty()) {
+    take(NodeSum::drag, patch.liquid.drag);
+  } else {
+    for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::drag, step.step),
+                  [&](Local i, const NodeVector&, const NodeVector& sum) {
+                    store(with_mass(sum, zero), at(patch.liquid.drag, i));
+                    const double m = at(patch.liquid.velocity, i)[mass_lane], all = sum[mass_lane];
+                    const double porosity = all > 0 ? m / all : 0.0;
+                    patch.liquid.porosity[static_cast<std::size_t>(i)] = porosity;
+                    double* force = at(patch.liquid.force, i);
+                    store(NodeVector(porosity * load<NodeVector>(force)), force);
+                  });
+  }
   if (step.model->analysis.liquid_advection)
     for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::advection, step.step),
                   [&](Local i, const NodeVector&, const NodeVector& sum) {
@@ -169,6 +181,19 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
 }
 
 template <int Dim>
+void liquid_discharge(Patch<Dim>& patch) {
+  if (patch.liquid.porosity.empty()) return;
+  const NodeVector zero(0.0);
+  for (const NodeRange& range : patch.active_nodes)
+    for (Local i = range.begin; i < range.end; ++i) {
+      const auto v = load<NodeVector>(at(patch.velocity, i)),
+                 v_l = load<NodeVector>(at(patch.liquid.velocity, i));
+      const double n = patch.liquid.porosity[static_cast<std::size_t>(i)];
+      store(with_mass(NodeVector(v + n * (v_l - v)), zero), at(patch.liquid.discharge, i));
+    }
+}
+
+template <int Dim>
 void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const bool smooths = step.model->analysis.pore_pressure_smoothing;
   auto fixed = patch.fixed_pressure.begin();
@@ -199,6 +224,7 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
                                             const NodeVector&, const NodeVector&,              \
                                             const NodeVector&);                                \
   template void integrate_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);                   \
+  template void liquid_discharge<Dim>(Patch<Dim>&);                                            \
   template void nodal_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

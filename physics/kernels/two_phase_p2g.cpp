@@ -11,6 +11,7 @@
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/pore_rows.h"
 #include "physics/kernels/two_phase.h"
+#include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
 
 namespace lahar {
@@ -29,17 +30,23 @@ void map_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bi
   map_momentum_of<Dim, Pack>(patch, bins, particle, sums);
 }
 
-/// {Q, .}_i += sum_p N_i V n^2 r.
+/// {Q, m_V}_i += sum_p N_i V {n^2 r, rho}: m_V is the mass of the liquid if there were no grains.
 template <int Dim>
 void map_drag(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const auto rows = pore_rows<1 + Dim>(patch.particles.capacity());
   const double* m = patch.particles.row(Column::mass);
   const double* V = patch.particles.row(Column::volume);
   for_each_pore_pack(*step.model, bins, [&](const Pores* pores, Local p, Local n) {
-    store_first(pores ? pores->drag_volume(load<Pack>(m + p), load<Pack>(V + p)) : Pack(0.0),
-                rows[0] + p, n);
+    if (!pores) {
+      for (double* row : rows) store_first(Pack(0.0), row + p, n);
+      return;
+    }
+    const PoreLiquid& liquid = pores->liquid();
+    const Pack volume = load<Pack>(V + p), all = liquid.density * volume;
+    const Pack drag = pores->drag_volume(load<Pack>(m + p), volume) / all;
+    store_first(all, rows[0] + p, n);
     for (std::size_t d = 0; d < Dim; ++d)
-      store_first(Pack(pores ? pores->liquid().resistance[d] : 0.0), rows[1 + d] + p, n);
+      store_first(Pack(liquid.resistance[d] * drag), rows[1 + d] + p, n);
   });
   general::ParticleMomentum<Dim> particle;
   particle.m = rows[0];
@@ -50,6 +57,11 @@ void map_drag(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins
 /// Share of the pore pressure whose forces act before a projection corrects it.
 double acting_share(const Analysis& analysis) {
   return is_projection(analysis) ? analysis.projection.kept : 1.0;
+}
+
+/// What the pressure of a particle or bin does to the liquid, of what it does to the mixture.
+double share_of_liquid(const Analysis& analysis, double porosity) {
+  return has_nodal_porosity(analysis) ? 1.0 : porosity;  // nodes have theirs
 }
 
 /// Forces of the pore pressure by gradients at the centres of cells: of a bin there is one sum for
@@ -68,7 +80,8 @@ void add_pressure_at_centre(Patch<Dim>& patch, const StepContext<Dim>& step, Par
     Pack work(0.0);
     for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
       work += first_lanes(Pack(load<Pack>(V + p) * load<Pack>(pressure + p)), bin.end - p);
-    const double both = share * reduce(work), one = both * mean_porosity(patch, pores, bin);  // [J]
+    const double porosity = mean_porosity(patch, pores, bin), both = share * reduce(work);  // [J]
+    const double one = both * share_of_liquid(step.model->analysis, porosity);
     double dN[Dim][corners<Dim>];
     centre_gradients(map, dN);
     const auto& corner = patch.topology.corner_nodes[static_cast<std::size_t>(bin.cell)];
@@ -104,7 +117,8 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
     const Pores pores(*liquid);
     double volume = 0, work = 0;
     for (Local p = bin.begin; p < bin.end; ++p) volume += V[p], work += V[p] * pressure[p];
-    const double mean = work / volume, porosity = mean_porosity(patch, pores, bin);
+    const double mean = work / volume;
+    const double porosity = share_of_liquid(step.model->analysis, mean_porosity(patch, pores, bin));
     for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
       const Pack pushed =
           share * load<Pack>(V + p) * (each ? load<Pack>(pressure + p) : Pack(mean));
@@ -154,8 +168,16 @@ void add_liquid_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin& bin) { return bin.loaded; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        const Pores pores(*step.model->materials[bin.material].liquid);
+        const auto porosity_of = [&](Local p) {
+          return pores.porosity(Scalar(patch.particles.row(Column::mass)[p]),
+                                Scalar(patch.particles.row(Column::volume)[p]))[0];
+        };
         add_particle_forces<Dim>(basis, bin, nodes, sums, [&](Local p) {
-          return traction_on(patch.particles, p, step, true);
+          // Nodes multiply all of the force by their porosity.
+          auto traction = traction_on(patch.particles, p, step, true);
+          if (has_nodal_porosity(step.model->analysis)) traction.force /= porosity_of(p);
+          return traction;
         });
       });
 }

@@ -50,6 +50,13 @@ inline bool needs_kept_pressure(const Analysis& analysis) {
          (analysis.prescribes_pore_pressure || analysis.two_phase);
 }
 
+/// Whether forces on a liquid in pores, and its discharge, take the porosity of nodes. (With USF it
+/// is not known when stresses are updated. CB-Geo MPM takes that of particles.)
+inline bool has_nodal_porosity(const Analysis& analysis) {
+  return analysis.two_phase && !analysis.volume_as_cbgeo &&
+         (analysis.scheme == Scheme::musl || analysis.scheme == Scheme::usl);
+}
+
 /// Whether particles take pore pressures from nodes.
 inline bool maps_pore_pressure(const Analysis& analysis) {
   return analysis.two_phase && !is_projection(analysis) &&

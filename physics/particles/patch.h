@@ -201,6 +201,8 @@ struct Patch {
     NodeArray before;               ///< {v [m/s], m} before the step, for affine velocities
     NodeArray force;                ///< {f [N], 0} of pressure and tractions
     NodeArray drag;                 ///< {Q [N s/m], 0}
+    NodeArray discharge;            ///< {v + n (v_l - v) [m/s], 0}; only with `porosity`
+    std::vector<double> porosity;   ///< n [-]; only if has_nodal_porosity()
     std::vector<double> advection;  ///< [kg/s] of map_advection(); only where it is mapped
     std::vector<double> pressure;   ///< [Pa]
   } liquid;

@@ -9,6 +9,7 @@
 #include "physics/contact/contact.h"
 #include "physics/kernels/node_supports.h"
 #include "physics/mesh/partition_common.h"
+#include "physics/model/transfer_options.h"
 #include "physics/particles/node_space.h"
 #include "runtime/patches/patch_constraints.h"
 #include "runtime/patches/patch_set.h"
@@ -120,6 +121,10 @@ std::unique_ptr<Patch<Dim>> PatchSet<Dim>::make_patch(Index id) const {
                               &patch->liquid.force, &patch->liquid.drag})
       values->assign(size, 0.0);
     patch->liquid.pressure.assign(nodes.size(), 0.0);
+    if (has_nodal_porosity(model_->analysis)) {
+      patch->liquid.discharge.assign(size, 0.0);
+      patch->liquid.porosity.assign(nodes.size(), 0.0);
+    }
     if (model_->analysis.liquid_advection) patch->liquid.advection.assign(nodes.size(), 0.0);
   }
   return patch;

@@ -330,8 +330,12 @@ Stages<Dim> pore_pressure(const Analysis& analysis) {
                             .bins = [](P& p, S& s, ParticleBins bins) {
                               update_pore_pressure(p, s, bins, gradients_of_chunk<Dim>());
                             }};
+  if (has_nodal_porosity(analysis)) update.begin = [](P& p, S&) { liquid_discharge(p); };
   if (!maps_pore_pressure(analysis)) return {update};
-  update.begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::pore_pressure); };
+  update.begin = [](P& p, S& s) {
+    liquid_discharge(p);
+    clear_sums(p, s, NodeSum::pore_pressure);
+  };
   update.bins = [](P& p, S& s, ParticleBins bins) {
     update_pore_pressure(p, s, bins, gradients_of_chunk<Dim>());
     map_pore_pressure(p, s, bins);
