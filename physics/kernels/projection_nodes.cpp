@@ -22,10 +22,12 @@ constexpr std::uint8_t all_held = 0xff;
 /// Crowded particles of a closed tank spread at this multiple of |D| (projection.h).
 constexpr double spreading = 1.0;
 
-/// The space of cells that particles fill, with equal parts for its nodes.
+/// The space of cells that particles fill, with equal parts for its nodes. With a free surface also
+/// which cells these are: 2^k of the cell whose corner k the node is.
 template <int Dim>
 void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
+  const bool has_surface = step.model->analysis.projection.free_surface;
   for (std::size_t c = 0; c < patch.first_bin.size(); ++c) {
     if (patch.first_bin[c] < 0) continue;
     const double volume = step.model->mesh->cell_volume(patch.topology.cells[c]);
@@ -34,7 +36,51 @@ void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
     for (const Local node : nodes)
       sums[static_cast<std::ptrdiff_t>(node) * sum_stride + 2] +=
           volume / static_cast<double>(nodes.size());
+    if (!has_surface || patch.topology.corner_nodes.empty()) continue;
+    const auto& corner = patch.topology.corner_nodes[c];
+    for (std::size_t k = 0; k < corner.size(); ++k)
+      sums[static_cast<std::ptrdiff_t>(corner[k]) * sum_stride + 3] += 1u << k;
   }
+}
+
+/// Axes along which nodes are held, by local node, a bit for each: nothing flows through there.
+template <int Dim>
+std::vector<std::uint8_t> held_axes(const Patch<Dim>& patch, bool two_phase) {
+  std::vector<std::uint8_t> axes(static_cast<std::size_t>(patch.n_nodes()), 0);
+  const auto hold = [&](Local node, int d) {
+    auto& of_node = axes[static_cast<std::size_t>(node)];
+    of_node = static_cast<std::uint8_t>(of_node | 1u << d);
+  };
+  for (const auto& fixed : two_phase ? patch.fixed_liquid : patch.fixed)
+    hold(fixed.node, fixed.dir);
+  if (two_phase) return axes;
+  constexpr double aligned = 0.999;
+  for (const ConstrainedNode<Dim>& wall : patch.walls)
+    for (int k = 0; k < Dim; ++k)
+      for (int d = 0; d < Dim; ++d)
+        if ((wall.fixed[static_cast<std::size_t>(k)] ||
+             wall.pushes[static_cast<std::size_t>(k)] != 0) &&
+            std::abs(wall.axes(d, k)) > aligned)
+          hold(wall.node, d);
+  return axes;
+}
+
+/// Whether each cell around a node is filled or lies behind an axis along which the node is held,
+/// seen from a filled one: the node is of a wall within the mesh, and not of a free surface.
+/// `filled` as add_filled_cells() says it.
+template <int Dim>
+bool is_behind_wall(const Mesh<Dim>& mesh, Index node, unsigned filled, unsigned axes) {
+  const auto is_hidden = [&](unsigned cell) {
+    for (unsigned flips = 0; flips < corners<Dim>; ++flips)
+      if ((flips & ~axes) == 0 && (filled >> (cell ^ flips) & 1u) != 0) return true;
+    return false;
+  };
+  for (const Index cell : mesh.node_cells(node)) {
+    const auto corner = mesh.cell_nodes_tensor(cell);
+    for (unsigned k = 0; k < corner.size(); ++k)
+      if (corner[k] == node && !is_hidden(k)) return false;
+  }
+  return true;
 }
 
 /// Cells of Q4 and H8 that have no particles, but mass at all nodes. A fluid without a free surface
@@ -270,6 +316,9 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const auto n = static_cast<std::size_t>(patch.n_nodes());
   const bool has_surface = step.model->analysis.projection.free_surface;
   const bool two_phase = step.model->analysis.two_phase;
+  const Mesh<Dim>& mesh = *step.model->mesh;
+  std::vector<std::uint8_t> axes;
+  if (has_surface && patch.cartesian) axes = held_axes(patch, two_phase);
   NodalSystem<Dim>& system = patch.system;
   ProjectionNodes& nodes = patch.projection;
   system.right_side.assign(n * node_width, 0.0);
@@ -283,8 +332,10 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   const double excess = sum[1] / nodes.space[node] - 1.0;
                   if (!has_surface && !two_phase)
                     at(system.right_side, i)[0] += spreading * excess * sum[3];
-                  const bool at_surface =
-                      has_surface && sum[2] < (1.0 - rounding) * nodes.space[node];
+                  bool at_surface = has_surface && sum[2] < (1.0 - rounding) * nodes.space[node];
+                  if (at_surface && !axes.empty() && axes[node] != 0)
+                    at_surface = !is_behind_wall(mesh, patch.topology.nodes[node] % mesh.n_nodes(),
+                                                 static_cast<unsigned>(sum[3]), axes[node]);
                   if (sum[1] > 0 && !at_surface) system.held[node] = 0;
                 });
   for (const auto& fixed : patch.fixed_pressure)

@@ -205,10 +205,10 @@ LAHAR_INLINE Pack shear_rate(const Pack (&L)[Dim][Dim]) {
   return sqrt(sum);
 }
 
-/// {., V, ., V |D|} of the particles of a bin.
+/// {., V, ., V |D|} of the particles of a bin; the last one of tanks without a free surface.
 template <int Dim, class Basis>
 void add_volumes(const Patch<Dim>& patch, const Basis& basis, const ParticleBin& bin,
-                 const Local* nodes, double* sums) {
+                 const Local* nodes, bool is_closed, double* sums) {
   constexpr int n_nodes = Basis::nodes;
   const double* V = patch.particles.row(Column::volume);
   Pack volume[n_nodes], sheared[n_nodes];
@@ -229,7 +229,7 @@ void add_volumes(const Patch<Dim>& patch, const Basis& basis, const ParticleBin&
   for (int i = 0; i < n_nodes; ++i) {
     double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
     at[1] += reduce(volume[i]);
-    at[3] += reduce(sheared[i]);
+    if (is_closed) at[3] += reduce(sheared[i]);
   }
 }
 
@@ -238,6 +238,7 @@ void add_volumes(const Patch<Dim>& patch, const Basis& basis, const ParticleBin&
 template <int Dim>
 void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const WeightOfStep<Dim> weight(step);
+  const bool is_closed = !step.model->analysis.projection.free_surface;
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
@@ -249,7 +250,8 @@ void add_to_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step, Par
         with_quadrature(patch, basis, bin, nodes, [&](const auto& points, const Local* of_cell) {
           add_cell(patch, step, flow, weight, points, of_cell);
         });
-        add_volumes(patch, basis, bin, nodes, patch.own_sums(NodeSum::divergence, step.step));
+        add_volumes(patch, basis, bin, nodes, is_closed,
+                    patch.own_sums(NodeSum::divergence, step.step));
       });
 }
 

@@ -1,10 +1,15 @@
 // Free rigid bodies by themselves: what turns and rolls without losses goes on.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numbers>
 #include <string>
+#include <vector>
 
 #include "tests/verification/case.h"
 
@@ -13,8 +18,10 @@ using namespace lahar::verification;
 
 namespace {
 
-/// The last of the bodies at the end. A block of material lies far away.
-RigidBodyRow after(double time, const std::string& bodies, double gravity, double dt) {
+/// The last of the bodies at the end. A block of material lies far away. `watch` sees the bodies
+/// every 20 steps.
+RigidBodyRow after(double time, const std::string& bodies, const Vec<3>& gravity, double dt,
+                   const std::function<void(const std::vector<RigidBodyRow>&)>& watch = {}) {
   Simulation simulation(model_of_text<3>(fmt::format(
       R"({{"mesh": {{"structured": {{"cell_size": 0.5, "extent": [12, 4, 3]}},
                      "boundary_conditions": {{"velocity_constraints":
@@ -25,14 +32,19 @@ RigidBodyRow after(double time, const std::string& bodies, double gravity, doubl
           "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "m",
              "region": {{"box": {{"min": [11, 3, 0], "max": [11.5, 3.5, 0.5]}}}}}}}}],
           "rigid_bodies": [{}],
-          "external_loading_conditions": {{"gravity": [0, 0, {}]}},
+          "external_loading_conditions": {{"gravity": [{}]}},
           "analysis": {{"dt": {}, "end_time": {}}}}})",
-      bodies, -gravity, dt, time)));
-  simulation.run();
+      bodies, fmt::join(gravity, ", "), dt, time)));
+  while (!simulation.finished()) {
+    simulation.advance(20);
+    if (watch) watch(simulation.history().bodies);
+  }
   return simulation.history().bodies.back();
 }
 
-constexpr const char* ball = R"("sphere": {"centre": [2, 2, 1.5], "radius": 0.5})";
+const Vec<3> down(0, 0, -9.81);
+
+constexpr const char* sphere = R"("sphere": {"centre": [2, 2, 1.5], "radius": 0.5})";
 constexpr const char* roller =
     R"("cylinder": {"from": [2, 1.5, 1.5], "to": [2, 2.5, 1.5], "radius": 0.5})";
 
@@ -44,6 +56,11 @@ std::string on_plane(const char* shape, double friction, const std::string& moti
       friction, motion, shape);
 }
 
+std::string box_at(const Vec<3>& low, const Vec<3>& high) {
+  return fmt::format(R"("box": {{"min": [{}], "max": [{}]}})", fmt::join(low, ", "),
+                     fmt::join(high, ", "));
+}
+
 Vec<3> vector(const std::array<double, 3>& values) {
   return {values[0], values[1], values[2]};
 }
@@ -53,20 +70,20 @@ Vec<3> vector(const std::array<double, 3>& values) {
 TEST_CASE("rigid bodies: a ball on a smooth plane keeps its spin and its place") {
   for (const double dt : {4e-3, 1e-3}) {
     CAPTURE(dt);
-    const RigidBodyRow end = after(2, on_plane(ball, 0, R"("spin": [1, 2, 3])"), 9.81, dt);
+    const RigidBodyRow end = after(2, on_plane(sphere, 0, R"("spin": [1, 2, 3])"), down, dt);
     CHECK((vector(end.spin) - Vec<3>(1, 2, 3)).norm() < 1e-3);
     CHECK((vector(end.place) - Vec<3>(2, 2, 1.5)).norm() < 0.01);
   }
 }
 
 TEST_CASE("rigid bodies: balls and rollers that roll on a rough plane roll on") {
-  for (const char* const shape : {ball, roller})
+  for (const char* const shape : {sphere, roller})
     for (const double dt : {4e-3, 1e-3}) {
       const RigidBodyRow end =
-          after(3, on_plane(shape, 0.8, R"("velocity": [1, 0, 0], "spin": [0, 2, 0])"), 9.81, dt);
-      MESSAGE(std::string(shape == ball ? "ball" : "roller")
+          after(3, on_plane(shape, 0.8, R"("velocity": [1, 0, 0], "spin": [0, 2, 0])"), down, dt);
+      MESSAGE(std::string(shape == sphere ? "ball" : "roller")
               << ", step " << dt << " s: speed " << end.velocity[0] << ", spin " << end.spin[1]);
-      const double error = shape == ball ? 0.01 : 0.03;  // the ends of a roller are edges
+      const double error = shape == sphere ? 0.01 : 0.03;  // the ends of a roller are edges
       CHECK(end.velocity[0] == doctest::Approx(1).epsilon(error));
       CHECK(end.spin[1] == doctest::Approx(2).epsilon(error));
       CHECK(end.place[0] == doctest::Approx(5).epsilon(error));
@@ -82,7 +99,7 @@ TEST_CASE("rigid bodies: a box that tumbles freely keeps its angular momentum an
   for (const double dt : {0.02, 0.01}) {
     const RigidBodyRow box = after(5, R"({"name": "box", "density": 1000, "spin": [3, 0, 3],
                "region": {"box": {"min": [3, 2, 2], "max": [5, 3, 2.5]}}})",
-                                   0, dt);
+                                   Vec<3>::Zero(), dt);
     const Vec<3> w = vector(box.spin), turned = vector(box.rotation);
     const Eigen::Matrix3d axes =
         Eigen::AngleAxisd(turned.norm(), turned.normalized()).toRotationMatrix();
@@ -96,5 +113,74 @@ TEST_CASE("rigid bodies: a box that tumbles freely keeps its angular momentum an
     CHECK(error < 2e-3);
     if (coarse > 0) CHECK(error < 0.5 * coarse);
     coarse = error;
+  }
+}
+
+// Some hundred points of a face touch at once.
+TEST_CASE("rigid bodies: a cube that falls on a plane never has more energy, and comes to rest") {
+  constexpr double fall = 0.3, mass = 1000, gravity = 9.81;
+  const std::string cube = box_at({2, 1.5, 1 + fall}, {3, 2.5, 2 + fall});
+  for (const double dt : {8e-3, 2e-3, 5e-4}) {
+    CAPTURE(dt);
+    double most = 0;
+    const RigidBodyRow end =
+        after(1.5, on_plane(cube.c_str(), 0.5, R"("velocity": [0, 0, 0])"), down, dt,
+              [&](const auto& bodies) {
+                const RigidBodyRow& body = bodies.back();
+                most = std::max(most, mass * gravity * (body.place[2] - 1.5) +
+                                          mass / 2 * vector(body.velocity).squaredNorm() +
+                                          mass / 12 * vector(body.spin).squaredNorm());
+              });
+    MESSAGE("step " << dt << " s: most energy " << most / (mass * gravity * fall)
+                    << " of that at first, ends at " << end.place[2]);
+    CHECK(most <= 1.001 * mass * gravity * fall);
+    CHECK(end.place[2] == doctest::Approx(1.5).epsilon(0.005));
+    CHECK(vector(end.velocity).norm() < 0.01);
+    CHECK((vector(end.place) - Vec<3>(2.5, 2, end.place[2])).norm() < 0.01);
+  }
+}
+
+TEST_CASE("rigid bodies: cubes, plates and rods that touch a plane stay, and so does a stack") {
+  for (const double dt : {4e-3, 5e-4}) {
+    CAPTURE(dt);
+    for (const Vec<3>& size : {Vec<3>(1, 1, 1), Vec<3>(2, 2, 0.1), Vec<3>(2, 0.2, 0.2)}) {
+      const Vec<3> low(2, 1, 1), middle = low + size / 2;
+      const std::string shape = box_at(low, low + size);
+      const RigidBodyRow end =
+          after(1, on_plane(shape.c_str(), 0.5, R"("velocity": [0, 0, 0])"), down, dt);
+      CHECK((vector(end.place) - middle).norm() < 0.005);
+      CHECK(vector(end.rotation).norm() < 0.005);
+    }
+    std::string stack = on_plane(box_at({2, 1, 1}, {3, 2, 2}).c_str(), 0.5, R"("mass": 1000)");
+    stack.replace(stack.find(R"("density": 1000, )"), 17, "");
+    for (const int k : {1, 2})
+      stack += fmt::format(R"(, {{"name": "box {}", "friction": 0.5, "density": 1000,
+                                  "region": {{{}}}}})",
+                           k, box_at({2, 1, 1.0 + k}, {3, 2, 2.0 + k}));
+    std::vector<RigidBodyRow> all;
+    after(1, stack, down, dt, [&](const auto& bodies) { all = bodies; });
+    for (std::size_t k = 1; k < all.size(); ++k) {
+      CAPTURE(k);
+      const Vec<3> middle(2.5, 1.5, 0.5 + static_cast<double>(k));
+      CHECK((vector(all[k].place) - middle).norm() < 0.01);
+    }
+  }
+}
+
+TEST_CASE("rigid bodies: a rod on a rough slope stays, and a smooth one slides as Coulomb says") {
+  constexpr double angle = 20 * std::numbers::pi / 180, gravity = 9.81, time = 0.5;
+  // Gravity is turned in place of the slope; so cells and faces lie along it.
+  const auto slide = [&](double friction, double dt) {
+    const std::string bodies =
+        on_plane(box_at({2, 1, 1}, {4, 1.2, 1.2}).c_str(), friction, R"("velocity": [0, 0, 0])");
+    return after(time, bodies, gravity * Vec<3>(std::sin(angle), 0, -std::cos(angle)), dt);
+  };
+  for (const double dt : {2e-3, 5e-4}) {
+    CAPTURE(dt);
+    const RigidBodyRow rests = slide(0.5, dt), slides = slide(0.2, dt);
+    CHECK((vector(rests.place) - Vec<3>(3, 1.1, 1.1)).norm() < 0.01);
+    CHECK(vector(rests.rotation).norm() < 0.01);
+    const double way = gravity * (std::sin(angle) - 0.2 * std::cos(angle)) * time * time / 2;
+    CHECK(slides.place[0] - 3 == doctest::Approx(way).epsilon(0.02));
   }
 }
