@@ -425,3 +425,41 @@ TEST_CASE("axisymmetric: a hollow ball under internal pressure has Lame's stress
   CHECK(worst_r < 0.01);
   CHECK(worst_t < 0.01);
 }
+
+// One and two particles per cell direction: the face is far from the centre of the outer ones.
+TEST_CASE(
+    "axisymmetric: a cylinder under an even pressure has this stress, whatever its particles") {
+  constexpr double pressure = 1e5;
+  for (const int per_cell : {1, 2, 3})
+    for (const double cell : {0.5, 0.25}) {
+      CAPTURE(per_cell);
+      CAPTURE(cell);
+      Simulation simulation(
+          model_of_text<2>(fmt::format(R"({{
+        "mesh": {{"structured": {{"cell_size": {0}, "extent": [1.5, 2]}},
+          "boundary_conditions": {{"velocity_constraints": [
+            {{"nset": "ends", "dir": "y", "velocity": 0}}]}}}},
+        "sets": {{"nodes": {{"ends": {{"union": [
+            {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+            {{"half_space": {{"point": [0, 2], "normal": [0, -1]}}}}]}}}},
+          "particles": {{"side": {{"half_space": {{"point": [{1}, 0], "normal": [-1, 0]}}}}}}}},
+        "materials": [{{"name": "m", "type": "LinearElastic", "density": 1800,
+                       "youngs_modulus": 2e7, "poisson_ratio": 0}}],
+        "particles": [{{"generator": {{"type": "region", "material": "m", "per_cell": {2},
+          "region": {{"box": {{"min": [0, 0], "max": [1, 2]}}}}}}}}],
+        "external_loading_conditions": {{"particle_surface_traction": [
+          {{"pset": "side", "dir": "x", "traction": -{3}}}]}},
+        "analysis": {{"preset": "lahar", "mpm_scheme": "newmark", "plane": "axisymmetric",
+          "shape_functions": "element", "scheme_settings": {{"quasi_static": true}},
+          "dt": 1, "nsteps": 1}}}})",
+                                       cell, 1 - 0.75 * cell / per_cell, per_cell, pressure)));
+      simulation.run();
+      const State state(simulation.frame());
+      double radial = 0;
+      for (Index p = 0; p < state.size(); ++p) radial += state.get("stress", p, 0);
+      radial /= static_cast<double>(state.size());
+      MESSAGE(fmt::format("{} per cell of {} m: {:.5f} of the pressure", per_cell, cell,
+                          -radial / pressure));
+      CHECK(radial == doctest::Approx(-pressure).epsilon(0.01));
+    }
+}

@@ -321,3 +321,40 @@ TEST_CASE("projection: a pressure below makes water flow upwards as Darcy says")
     CHECK(discharge == doctest::Approx(k * base / (1000 * 9.81)).epsilon(0.01));
   }
 }
+
+// Nodes behind which there is no water, but which are held, are no free surface.
+TEST_CASE("projection: water rests behind a gate and on a floor of nodes within the mesh") {
+  for (const double cell : {0.05, 0.025}) {
+    CAPTURE(cell);
+    Simulation simulation(model_of_text<2>(fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": {0}, "extent": [1, 0.8]}},
+        "boundary_conditions": {{"velocity_constraints": [
+          {{"nset": "floor", "dir": "y", "velocity": 0}}, {{"nset": "left", "dir": "x", "velocity": 0}},
+          {{"nset": "gate", "dir": "x", "velocity": 0}}]}}}},
+      "sets": {{"nodes": {{"floor": {{"box": {{"min": [0, 0.1], "max": [0.4, 0.1]}}}},
+        "left": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+        "gate": {{"box": {{"min": [0.4, 0.1], "max": [0.4, 0.8]}}}}}}}},
+      "materials": [{{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 4e6,
+                     "dynamic_viscosity": 1e-3}}],
+      "particles": [{{"generator": {{"type": "region", "material": "water", "per_cell": 2,
+        "region": {{"box": {{"min": [0, 0.1], "max": [0.4, 0.5]}}}}}}}}],
+      "external_loading_conditions": {{"gravity": [0, -9.81]}},
+      "analysis": {{"preset": "lahar", "mpm_scheme": "projection", "dt": 0.002, "end_time": 0.5}},
+      "post_processing": {{"gauges": [{{"name": "gate", "type": "force", "nset": "gate"}},
+                                     {{"name": "floor", "type": "force", "nset": "floor"}}]}}}})",
+                                                       cell)));
+    simulation.run();
+    const State state(simulation.frame());
+    double highest = 0, lowest = 1, furthest = 0;
+    for (Index p = 0; p < state.size(); ++p) {
+      highest = std::max(highest, state.x(p, 1));
+      lowest = std::min(lowest, state.x(p, 1));
+      furthest = std::max(furthest, state.x(p, 0));
+    }
+    MESSAGE(fmt::format("cell {}: water from {:.4f} to {:.4f} m, to x = {:.4f} m", cell, lowest,
+                        highest, furthest));
+    CHECK(highest == doctest::Approx(0.5 - cell / 4).epsilon(0.01));
+    CHECK(lowest == doctest::Approx(0.1 + cell / 4).epsilon(0.02));
+    CHECK(furthest < 0.4);
+  }
+}

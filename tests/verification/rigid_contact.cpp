@@ -337,3 +337,54 @@ TEST_CASE("rigid bodies: there is no equilibrium of a block on a plane that is t
   Simulation simulation(at_rest(incline, "element"), {.threads = 1});
   CHECK_THROWS_AS(simulation.run(), SimulationError);
 }
+
+// The springs of all particles together would throw a body that is lighter than part of a cell.
+TEST_CASE("rigid bodies: light plates rest on soil and on water with the step of the material") {
+  struct Bed {
+    const char* material;
+    double k0, density, settles;
+  };
+  for (const auto& [material, k0, density, settles] :
+       {Bed{R"("type": "LinearElastic", "density": 2000, "youngs_modulus": 1e6,
+              "poisson_ratio": 0.2)",
+            0.25, 300, 0.001},
+        Bed{R"("type": "LinearElastic", "density": 2000, "youngs_modulus": 1e6,
+              "poisson_ratio": 0.2)",
+            0.25, 20, 0.001},
+        Bed{R"("type": "MohrCoulomb", "density": 2000, "youngs_modulus": 1e7, "poisson_ratio": 0.3,
+              "friction": 30, "dilation": 0, "cohesion": 1000, "tension_cutoff": 0)",
+            0.5, 300, 0.001},
+        Bed{R"("type": "Newtonian", "density": 1000, "bulk_modulus": 1e6, "dynamic_viscosity": 1)",
+            1, 100, 0.02}}) {
+    CAPTURE(material);
+    CAPTURE(density);
+    Simulation simulation(model_of_text<2>(fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 0.25, "extent": [4, 3]}},
+        "boundary_conditions": {{"velocity_constraints": [
+          {{"nset": "floor", "dir": "y", "velocity": 0}}, {{"nset": "sides", "dir": "x", "velocity": 0}}]}},
+        "particles_stresses": {{"type": "k0", "k0": {1}}}}},
+      "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+        "sides": {{"union": [{{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                            {{"half_space": {{"point": [4, 0], "normal": [-1, 0]}}}}]}}}}}},
+      "materials": [{{"name": "bed", {0}}}],
+      "particles": [{{"generator": {{"type": "region", "material": "bed", "per_cell": 2,
+        "region": {{"box": {{"min": [0, 0], "max": [4, 1]}}}}}}}}],
+      "rigid_bodies": [{{"name": "plate", "density": {2}, "friction": 0.3,
+        "region": {{"box": {{"min": [1.5, 1], "max": [2.5, 1.05]}}}}}}],
+      "external_loading_conditions": {{"gravity": [0, -9.81]}},
+      "analysis": {{"preset": "lahar", "end_time": 1}}}})",
+                                                       material, k0, density)));
+    double fastest = 0;
+    while (!simulation.finished()) {
+      simulation.advance(20);
+      const auto& v = simulation.history().bodies.back().velocity;
+      fastest = std::max(fastest, std::hypot(v[0], v[1]));
+    }
+    const RigidBodyRow plate = simulation.history().bodies.back();
+    MESSAGE(fmt::format("{} kg/m^3: at most {:.4f} m/s, sinks by {:.5f} m", density, fastest,
+                        1.025 - plate.place[1]));
+    CHECK(fastest < 0.1);
+    CHECK(std::abs(plate.place[1] - 1.025) < settles);
+    CHECK(std::abs(plate.rotation[2]) < 0.02);
+  }
+}

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/materials/law.h"
+#include "physics/materials/soil_stress.h"
 #include "physics/materials/tangent.h"
 #include "tests/physics/materials/largest_jump.h"
 
@@ -124,4 +125,20 @@ TEST_CASE("critical state soils: a large increment ends within 1 % of a thousand
         CHECK(test::stress_difference(once, often) < 0.01 * largest);
       }
     }
+}
+
+// What an iteration of Newton's method tears apart must not take a million of them.
+TEST_CASE("critical state soils: an increment that no number of steps follows takes some hundred") {
+  long steps = 0;
+  const auto take = [&](const auto&, auto& stress, auto*) {
+    stress[0] += static_cast<double>(++steps);
+    return true;
+  };
+  const Voigt before{-1e5, -1e5, -1e5, 0, 0, 0};
+  Voigt stress = before;
+  double state[1] = {1};
+  CHECK_FALSE(smooth_steps<1>(take, Voigt{1, 0, 0, 0, 0, 0}, 1e-3, stress, state));
+  CHECK(steps <= 2 * most_smooth_steps);
+  CHECK(stress == before);
+  CHECK(state[0] == 1);
 }

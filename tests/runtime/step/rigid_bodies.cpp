@@ -73,3 +73,29 @@ TEST_CASE("rigid bodies in motion touch material, and each other") {
   CHECK(end.bodies[1].place[0] == doctest::Approx(0.6 + 1.5 * 0.05).epsilon(1e-9));
   CHECK(end.bodies[1].rotation[2] == doctest::Approx(0.4 * 0.05).epsilon(1e-9));
 }
+
+TEST_CASE("nothing is at rest while a free body falls or another one moves as prescribed") {
+  const auto run = [](const std::string& body) {
+    Model<2> model = model_of_text<2>(R"({
+      "mesh": {"structured": {"cell_size": 0.1, "extent": [2, 2]},
+        "boundary_conditions": {"velocity_constraints": [
+          {"nset": "floor", "dir": "x", "velocity": 0}, {"nset": "floor", "dir": "y", "velocity": 0}]},
+        "particles_stresses": {"type": "k0", "k0": 0.3}},
+      "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}}}},
+      "materials": [{"name": "m", "type": "LinearElastic", "density": 2000, "youngs_modulus": 1e6,
+                     "poisson_ratio": 0.2}],
+      "particles": [{"generator": {"type": "region", "material": "m", "per_cell": 2,
+        "region": {"box": {"min": [0, 0], "max": [2, 0.4]}}}}],
+      "rigid_bodies": [{"name": "ball", "region": {"sphere": {"centre": [1, 0.9], "radius": 0.2}}, )" +
+                                      body + R"(}],
+      "external_loading_conditions": {"gravity": [0, -10]},
+      "analysis": {"dt": 5e-4, "end_time": 0.2, "until": {"imbalance": 0.05},
+                   "damping": {"type": "Cundall", "damping_factor": 0.7}}})");
+    Simulation simulation(std::move(model), serial());
+    simulation.run();
+    return simulation.time();
+  };
+  CHECK(run(R"("friction": 0.3)") < 0.19);  // it is fixed
+  CHECK(run(R"("density": 2000)") == doctest::Approx(0.2));
+  CHECK(run(R"("velocity": [0.1, 0])") == doctest::Approx(0.2));
+}

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <cmath>
 #include <string>
 
 #include "runtime/step/restart.h"
@@ -148,4 +149,25 @@ TEST_CASE("a rigid body that a stage brings is refused where there is material")
   CAPTURE(said);
   CHECK(said.find("particles are inside of the rigid body 'plate' when the stage begins") !=
         std::string::npos);
+}
+
+TEST_CASE("a stage that holds a free body along some axes stops it there, in 2D as in 3D") {
+  // Its velocity and spin are those of the stage before.
+  const std::string held = R"({"name": "disc", "region": {"sphere": {"centre": [1.7, 1.75],
+    "radius": 0.21}}, "density": 2000, "friction": 0.5, "fixed": ["x", "spin"]})";
+  const std::vector<std::string> bodies = {list({bed, disc}), list({bed, held.c_str()})};
+  Simulation first(heap(bodies, 0), serial());
+  first.run();
+  const StoredState state(first.state());
+  Simulation second(heap(bodies, 1), serial(), {}, state_at_start(state.view(), false));
+  const RigidBodyRow before = row_of(first.history(), "disc");
+  second.run();
+  const RigidBodyRow after = row_of(second.history(), "disc");
+  REQUIRE(std::abs(before.velocity[0]) > 0.01);
+  REQUIRE(std::abs(before.spin[2]) > 0.01);
+  CHECK(after.place[0] == doctest::Approx(before.place[0]).epsilon(1e-12));
+  CHECK(after.rotation[2] == doctest::Approx(before.rotation[2]).epsilon(1e-12));
+  CHECK(after.velocity[0] == 0);
+  CHECK(after.spin[2] == 0);
+  CHECK(after.place[1] != before.place[1]);
 }

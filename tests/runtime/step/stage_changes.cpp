@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <numbers>
+
 #include "runtime/step/restart.h"
 #include "tests/runtime/step/restart_checks.h"
 
@@ -44,6 +46,25 @@ Model<2> flying_block(std::size_t stage) {
                  "split_steps": 0},
     "stages": [{"name": "first"}, {"name": "second",
       "remove": [{"region": {"box": {"max": [0.6, 2]}}}]}]})";
+  ScenarioOptions options = plain_defaults(text);
+  options.stage = stage;
+  return std::get<Model<2>>(read_scenario_text(text, "", options).model);
+}
+
+/// Sand at rest, which the second stage gives another strength.
+Model<2> weakened(std::size_t stage) {
+  const std::string text = R"({
+    "mesh": {"structured": {"cell_size": 0.1, "counts": [4, 4]}},
+    "materials": [{"name": "sand", "type": "MohrCoulomb", "density": 1000, "youngs_modulus": 1e6,
+      "poisson_ratio": 0.2, "friction": 30, "dilation": 0, "cohesion": 1e5, "tension_cutoff": 1e4,
+      "softening": false}],
+    "particles": [{"generator": {"type": "region", "material": "sand", "per_cell": 2,
+      "region": {"box": {"min": [0.1, 0.1], "max": [0.3, 0.3]}}}}],
+    "analysis": {"dt": 0.001, "nsteps": 2},
+    "stages": [{"name": "strong"}, {"name": "weak", "materials": [{"name": "sand",
+      "type": "MohrCoulomb", "density": 1000, "youngs_modulus": 1e6, "poisson_ratio": 0.2,
+      "friction": 10, "dilation": 0, "cohesion": 100, "tension_cutoff": 50, "softening": false}]}]
+  })";
   ScenarioOptions options = plain_defaults(text);
   options.stage = stage;
   return std::get<Model<2>>(read_scenario_text(text, "", options).model);
@@ -96,4 +117,25 @@ TEST_CASE("a load that a stage brings acts on the area that its particles had at
   for (std::size_t p = 0; p < frame.id.size(); ++p)
     if (frame.coordinates[2 * p + 1] < 0.1) sum += stress->values[6 * p + 1], ++n;
   CHECK(sum / n == doctest::Approx(-1e5).epsilon(1e-6));
+}
+
+TEST_CASE("the strength that a stage gives a material is that of its particles, from the start") {
+  Simulation first(weakened(0), serial());
+  first.run();
+  const StoredState between(first.state());
+  Simulation second(weakened(1), serial(), {}, state_at_start(between.view(), false));
+  const auto check = [&](Simulation& simulation, double cohesion, double degrees) {
+    const Frame frame = simulation.frame();
+    const FrameColumn *c = frame.find("cohesion"), *phi = frame.find("phi");
+    REQUIRE(c);
+    REQUIRE(phi);
+    for (std::size_t p = 0; p < frame.id.size(); ++p) {
+      CHECK(c->values[p] == doctest::Approx(cohesion));
+      CHECK(phi->values[p] == doctest::Approx(degrees * std::numbers::pi / 180));
+    }
+  };
+  check(first, 1e5, 30);
+  check(second, 100, 10);
+  second.run();
+  check(second, 100, 10);
 }
