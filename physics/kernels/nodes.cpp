@@ -479,6 +479,10 @@ class Integrator {
     for (std::size_t d = 0; d < Dim; ++d)
       if (wall.accelerated[d])
         wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
+    if (two_phase_) {
+      const Eigen::Map<const Vec<Dim>> v(velocity), a(acceleration);
+      lift_by_pore_pressure<Dim>(patch_, step_, gravity_, v + step_.dt * a, wall);
+    }
     return lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo, velocity,
                                   acceleration, push);
   }

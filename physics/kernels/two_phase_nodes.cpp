@@ -1,5 +1,9 @@
 // Nodes of a liquid in pores. Every copy of a node runs this very code, so that all are equal to
 // the last bit.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "physics/kernels/nodal_motion.h"
 #include "physics/kernels/timed_velocities.h"
 #include "physics/kernels/two_phase.h"
@@ -16,6 +20,51 @@ template <int Dim>
 void prescribe_liquid(Patch<Dim>& patch) {
   for (const auto& fixed : patch.fixed_liquid)
     at(patch.liquid.velocity, fixed.node)[fixed.dir] = fixed.velocity;
+}
+
+/// Call `each(entry)` for the entries of a node in a list by node.
+template <class Entry, class Each>
+void for_entries(const std::vector<Entry>& all, Local node, Each each) {
+  for (const Entry* one = find_node(all, node);
+       one && one != all.data() + all.size() && one->node == node; ++one)
+    each(*one);
+}
+
+/// Both phases of a node after the step, but for the drag: their velocities, and by how much a unit
+/// impulse changes them, which is zero where they are held.
+struct WithoutDrag {
+  double skeleton[node_width], liquid[node_width];          ///< [m/s]
+  double per_skeleton[node_width], per_liquid[node_width];  ///< [1/kg]
+};
+
+/// Where the liquid is held along the normal of a wall, drag does not press the skeleton on it, nor
+/// carry it: both move with the wall.
+template <int Dim>
+void hold_at_wall(const ConstrainedNode<Dim>& wall, WithoutDrag& free) {
+  constexpr double aligned = 0.999;
+  for (int k = 0; k < Dim; ++k)
+    for (int d = 0; d < Dim; ++d) {
+      const auto axis = static_cast<std::size_t>(k);
+      if (std::abs(wall.axes(d, k)) < aligned || free.per_liquid[d] > 0) continue;
+      const double sign = wall.axes(d, k) > 0 ? 1.0 : -1.0;
+      const double into = (sign * free.skeleton[d] - wall.velocity[axis]) * wall.pushes[axis];
+      if (!wall.fixed[axis] && !(into > 0)) continue;
+      free.skeleton[d] = sign * wall.velocity[axis];
+      free.per_skeleton[d] = 0;
+    }
+}
+
+template <int Dim>
+void hold_phases(const Patch<Dim>& patch, Local node, WithoutDrag& free) {
+  for_entries(patch.fixed_liquid, node, [&](const auto& fixed) {
+    free.liquid[fixed.dir] = fixed.velocity;
+    free.per_liquid[fixed.dir] = 0;
+  });
+  for_entries(patch.fixed, node, [&](const auto& fixed) {
+    free.skeleton[fixed.dir] = fixed.velocity;
+    free.per_skeleton[fixed.dir] = 0;
+  });
+  if (const auto* wall = find_node(patch.walls, node)) hold_at_wall(*wall, free);
 }
 
 /// Force on the liquid of a node [N] but for the drag: pressure, weight, and damping. Cundall's is
@@ -107,16 +156,42 @@ NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& ste
   const NodeVector after = old + dt / m * force;  // without drag
   const NodeVector liquid =
       v_l + dt / m_l * damped_force(patch, step, node, gravity, Q * (v_l - old));
-  double difference[node_width], inverse[node_width];  // by how much a unit impulse changes it
-  store(liquid - after, difference);
-  store(NodeVector(1.0 / m + 1.0 / m_l), inverse);
-  const auto& all = patch.fixed_liquid;
-  for (const auto* fixed = find_node(all, node);
-       fixed && fixed != all.data() + all.size() && fixed->node == node; ++fixed) {
-    difference[fixed->dir] = fixed->velocity - after[fixed->dir];
-    inverse[fixed->dir] = 1.0 / m;
-  }
-  return Q * (load<NodeVector>(difference) / (1.0 + dt * Q * load<NodeVector>(inverse)));
+  WithoutDrag free;
+  store(after, free.skeleton);
+  store(liquid, free.liquid);
+  store(NodeVector(1.0 / m), free.per_skeleton);
+  store(NodeVector(1.0 / m_l), free.per_liquid);
+  hold_phases(patch, node, free);
+  const NodeVector difference = load<NodeVector>(free.liquid) - load<NodeVector>(free.skeleton);
+  const NodeVector inverse =
+      load<NodeVector>(free.per_skeleton) + load<NodeVector>(free.per_liquid);
+  return Q * (difference / (1.0 + dt * Q * inverse));
+}
+
+template <int Dim>
+void lift_by_pore_pressure(const Patch<Dim>& patch, const StepContext<Dim>& step,
+                           const NodeVector& gravity, const Vec<Dim>& after,
+                           ConstrainedNode<Dim>& wall) {
+  if (patch.liquid.porosity.empty()) return;
+  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, wall.node));
+  const double m_l = v_l[mass_lane], m = at(patch.velocity, wall.node)[mass_lane];
+  const double n = patch.liquid.porosity[static_cast<std::size_t>(wall.node)];
+  if (!more_than(m_l, patch.least_mass) || !more_than(m, patch.least_mass)) return;
+  const NodeVector liquid =
+      v_l + step.dt / m_l * (load<NodeVector>(at(patch.liquid.force, wall.node)) + m_l * gravity);
+  constexpr double aligned = 0.999;
+  for_entries(patch.fixed_liquid, wall.node, [&](const auto& fixed) {
+    for (int k = 0; k < Dim; ++k) {
+      const auto axis = static_cast<std::size_t>(k);
+      if (wall.pushes[axis] == 0 || std::abs(wall.axes(fixed.dir, k)) < aligned) continue;
+      const double sign = wall.axes(fixed.dir, k) > 0 ? 1.0 : -1.0;
+      const double into = (sign * after[fixed.dir] - wall.velocity[axis]) * wall.pushes[axis];
+      const double of_liquid = (sign * (liquid[fixed.dir] - fixed.velocity)) * wall.pushes[axis];
+      if (!(into > 0)) continue;
+      const double lift = (1.0 - n) / n * m_l / m * of_liquid;
+      wall.rubs[axis] *= std::clamp(1.0 - lift / into, 0.0, 1.0);
+    }
+  });
 }
 
 template <int Dim>
@@ -224,6 +299,9 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
                                             const NodeVector&, const NodeVector&,              \
                                             const NodeVector&);                                \
   template void integrate_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);                   \
+  template void lift_by_pore_pressure<Dim>(const Patch<Dim>&, const StepContext<Dim>&,         \
+                                           const NodeVector&, const Vec<Dim>&,                 \
+                                           ConstrainedNode<Dim>&);                             \
   template void liquid_discharge<Dim>(Patch<Dim>&);                                            \
   template void nodal_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
