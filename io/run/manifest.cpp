@@ -206,6 +206,14 @@ bool is_run_folder(const std::filesystem::path& folder) {
   return read_manifest(folder).has_value();
 }
 
+namespace {
+
+double number_of_stage(const FolderOfRun& one) {
+  return number_in(one.manifest, "stage");
+}
+
+}  // namespace
+
 std::vector<FolderOfRun> runs_in(const std::filesystem::path& folder) {
   std::vector<FolderOfRun> folders;
   std::error_code error;
@@ -215,17 +223,29 @@ std::vector<FolderOfRun> runs_in(const std::filesystem::path& folder) {
         folders.push_back({entry.path(), std::move(*manifest)});
   // Manifests of older versions do not number stages; `started` counts whole seconds.
   const auto order = [](const FolderOfRun& one) {
-    return std::tuple(number_in(one.manifest, "stage"), text_in(one.manifest, "started"),
-                      one.folder);
+    return std::tuple(number_of_stage(one), text_in(one.manifest, "started"), one.folder);
   };
   std::sort(folders.begin(), folders.end(),
             [&](const auto& a, const auto& b) { return order(a) < order(b); });
   return folders;
 }
 
+std::vector<FolderOfRun> stages_in(const std::filesystem::path& folder) {
+  std::vector<FolderOfRun> stages = runs_in(folder);
+  std::erase_if(stages, [](const FolderOfRun& one) { return number_of_stage(one) < 1; });
+  if (!stages.empty() && number_of_stage(stages.front()) > 1) stages.clear();
+  return stages;
+}
+
 std::vector<FolderOfRun> folders_of_run(const std::filesystem::path& run) {
   if (auto manifest = read_manifest(run)) return {{run, std::move(*manifest)}};
-  std::vector<FolderOfRun> folders = runs_in(run);
+  std::vector<FolderOfRun> folders;
+  for (FolderOfRun& stage : stages_in(run)) {
+    if (!folders.empty() && number_of_stage(folders.back()) == number_of_stage(stage))
+      folders.pop_back();
+    folders.push_back(std::move(stage));
+  }
+  if (folders.empty()) folders = runs_in(run);
   if (folders.empty())
     throw InputError({Problem{.message = fmt::format("{} is not a run folder", run.string()),
                               .hint = "name a folder that `lahar run` wrote: it has a "

@@ -89,8 +89,11 @@ struct FolderOfRun {
 /// The runs whose folders lie in a folder: stages in their order, or members of a study.
 std::vector<FolderOfRun> runs_in(const std::filesystem::path& folder);
 
-/// The folders with the results of a run: itself, or those of its stages in their order. Throws
-/// InputError where there are none.
+/// Of them those of the stages of a scenario, in their order; none where the first is not there.
+std::vector<FolderOfRun> stages_in(const std::filesystem::path& folder);
+
+/// The folders with the results of a run: itself, or those of its stages in their order, of two
+/// with one number the later one. Throws InputError where there are none.
 std::vector<FolderOfRun> folders_of_run(const std::filesystem::path& run);
 
 }  // namespace lahar

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <mutex>
@@ -20,6 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Beside manifest.json and log.txt.
+constexpr std::array own_files{"scenario.json", "scenario.full.json", "history.csv",
+                               rigid_bodies_file, removed_file};
 constexpr std::string_view frame_prefix = "particles_", node_prefix = "nodes_";
 
 [[noreturn]] void refuse(std::string message, std::string hint) {
@@ -32,8 +36,8 @@ constexpr std::string_view frame_prefix = "particles_", node_prefix = "nodes_";
 /// Remove what earlier runs wrote, and only that; a user may keep notes and pictures here.
 void remove_results(const fs::path& folder) {
   // The manifest goes last: a folder half removed is still recognised as a run.
-  for (const char* name : {"scenario.json", "scenario.full.json", "history.csv", rigid_bodies_file,
-                           removed_file, "frames/particles.hdf.series", "frames/nodes.hdf.series"})
+  for (const char* name : own_files) fs::remove(folder / name);
+  for (const char* name : {"frames/particles.hdf.series", "frames/nodes.hdf.series"})
     fs::remove(folder / name);
   for (const char* name : {"frames", "export"}) {
     if (!fs::is_directory(folder / name)) continue;
@@ -75,38 +79,83 @@ bool is_abandoned_start(const fs::path& folder) {
                      });
 }
 
+[[noreturn]] void refuse_earlier(const fs::path& folder) {
+  refuse(fmt::format("output folder {} holds the results of an earlier run", folder.string()),
+         "add --restart latest to continue it, --overwrite to replace them, or choose another "
+         "output folder");
+}
+
+/// The folder of a run with stages, with no file of the user where a run writes its own.
+bool has_only_stages(const fs::path& folder) {
+  if (stages_in(folder).empty()) return false;
+  const fs::path log = folder / "log.txt";
+  if (fs::exists(log) && !fs::is_empty(log)) return false;
+  return std::none_of(own_files.begin(), own_files.end(),
+                      [&](const char* name) { return fs::exists(folder / name); });
+}
+
 /// Whether a run is in the folder; throws where it, or what else is there, must stay.
 bool may_be_taken(const fs::path& folder, bool overwrite) {
   const bool run = is_run_folder(folder);
-  if (!run && !is_abandoned_start(folder))
+  const bool stages = !run && has_only_stages(folder);
+  if (!run && !stages && !is_abandoned_start(folder))
     refuse(fmt::format("output folder {} exists and is not a run of Lahar", folder.string()),
            "choose another output folder, or remove this one yourself");
-  if (run && !overwrite)
-    refuse(fmt::format("output folder {} holds the results of an earlier run", folder.string()),
-           "add --restart latest to continue it, --overwrite to replace them, or choose another "
-           "output folder");
+  if ((run || stages) && !overwrite) refuse_earlier(folder);
   return run;
 }
 
+/// Throws where another run is writing to the folder.
+void refuse_busy(const fs::path& folder) {
+  if (const fs::path file = folder / "log.txt"; fs::is_regular_file(file))
+    lock_log(OutputFile(file, OutputFile::Mode::append), folder);  // and gives it back
+}
+
+void refuse_busy_stages(const fs::path& folder) {
+  for (const FolderOfRun& stage : stages_in(folder)) refuse_busy(stage.folder);
+}
+
+/// A link to a folder, perhaps on another disk, is the user's.
+void remove_if_empty(const fs::path& folder) {
+  if (!fs::is_symlink(folder) && fs::is_directory(folder) && fs::is_empty(folder))
+    fs::remove(folder);
+}
+
+/// Remove a run in whose place no other begins.
+void remove_run(const fs::path& folder) {
+  const fs::path file = folder / "log.txt";
+  const OutputFile log(file, OutputFile::Mode::append);
+  lock_log(log, folder);
+  remove_abandoned_parts(folder);
+  remove_results(folder);
+  fs::remove(file);
+  for (const char* name : {"frames", "export", "gauges", "maps", "bodies"})
+    remove_if_empty(folder / name);
+  remove_if_empty(checkpoint_folder(folder));
+}
+
 /// Make the folder or empty it; returns its locked log.
-OutputFile claim_folder(const fs::path& folder, bool overwrite) {
+OutputFile claim_folder(const fs::path& folder, bool overwrite, bool cleared) {
   make_folder(folder);
   const fs::path file = folder / "log.txt";
   // A run that is only beginning looks like anything: whether there is one comes first.
   const bool begun = fs::is_regular_file(file);
-  if (!begun) may_be_taken(folder, overwrite);
+  if (!begun && !cleared) may_be_taken(folder, overwrite);
   OutputFile log(file, OutputFile::Mode::append);
   lock_log(log, folder);
-  const bool run = may_be_taken(folder, overwrite);  // under the lock: nothing changes any more
+  // Under the lock: nothing changes any more.
+  const bool run = !cleared && may_be_taken(folder, overwrite);
+  refuse_busy_stages(folder);
   remove_abandoned_parts(folder);
+  remove_stages(folder, [](const std::string&) { return true; });
   if (run) remove_results(folder);
   log.truncate();
   return log;
 }
 
-OutputFile claim(const fs::path& folder, bool overwrite) {
+OutputFile claim(const fs::path& folder, bool overwrite, bool cleared) {
   try {
-    return claim_folder(folder, overwrite);
+    return claim_folder(folder, overwrite, cleared);
   } catch (const fs::filesystem_error& error) {
     throw_io_error("replace", error.path1(), error.code().value());
   }
@@ -176,18 +225,64 @@ void check_run_folder(const fs::path& folder, bool overwrite) {
   }
   if (!fs::is_directory(folder, error)) return;  // making it says what is wrong
   try {
-    if (const fs::path file = folder / "log.txt"; fs::is_regular_file(file))
-      lock_log(OutputFile(file, OutputFile::Mode::append), folder);  // and gives it back
+    refuse_busy(folder);
+    refuse_busy_stages(folder);
     may_be_taken(folder, overwrite);
   } catch (const fs::filesystem_error& problem) {
     throw_io_error("read", problem.path1(), problem.code().value());
   }
 }
 
+void check_run_folder(const fs::path& folder, const std::vector<std::string>& stages,
+                      bool overwrite) {
+  if (stages.empty()) return check_run_folder(folder, overwrite);
+  try {
+    if (is_run_folder(folder) || (fs::is_directory(folder) && is_abandoned_start(folder)))
+      refuse_busy(folder);
+    refuse_busy_stages(folder);
+  } catch (const fs::filesystem_error& problem) {
+    throw_io_error("read", problem.path1(), problem.code().value());
+  }
+  if (!overwrite && holds_run(folder)) refuse_earlier(folder);
+  for (const std::string& stage : stages) check_run_folder(folder / stage, overwrite);
+}
+
+bool holds_run(const fs::path& folder) {
+  return is_run_folder(folder) || !stages_in(folder).empty();
+}
+
+void remove_unstaged_run(const fs::path& folder) {
+  try {
+    if (is_run_folder(folder)) remove_run(folder);
+  } catch (const fs::filesystem_error& error) {
+    throw_io_error("remove", error.path1(), error.code().value());
+  }
+}
+
+std::vector<std::string> remove_stages(const fs::path& folder,
+                                       const std::function<bool(const std::string& name)>& goes) {
+  std::vector<std::string> left;
+  try {
+    std::vector<FolderOfRun> stages = stages_in(folder);
+    // The last one first: a folder half cleared still has the first stage, and is known by it.
+    std::reverse(stages.begin(), stages.end());
+    for (const FolderOfRun& stage : stages) {
+      const std::string name = stage.folder.filename().string();
+      if (!goes(name)) continue;
+      remove_run(stage.folder);
+      remove_if_empty(stage.folder);
+      if (fs::exists(stage.folder)) left.push_back(name);
+    }
+  } catch (const fs::filesystem_error& error) {
+    throw_io_error("remove", error.path1(), error.code().value());
+  }
+  return left;
+}
+
 struct RunFolder::Impl {
-  Impl(fs::path path, const RunFolderContents& contents, bool overwrite)
+  Impl(fs::path path, const RunFolderContents& contents, bool overwrite, bool cleared)
       : folder(std::move(path)),
-        log(claim(folder, overwrite)),
+        log(claim(folder, overwrite, cleared)),
         manifest(contents.info),
         history((write_start(contents), folder / "history.csv"), OutputFile::Mode::truncate),
         gauge_tables(contents.info.gauges) {
@@ -260,8 +355,9 @@ struct RunFolder::Impl {
   bool finished = false;
 };
 
-RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite)
-    : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite)) {}
+RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents, bool overwrite,
+                     bool cleared)
+    : impl_(std::make_unique<Impl>(std::move(folder), contents, overwrite, cleared)) {}
 
 RunFolder::RunFolder(fs::path folder, const RunFolderContents& contents,
                      const RunContinuation& from)

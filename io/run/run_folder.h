@@ -15,6 +15,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -44,10 +45,11 @@ struct RunFolderContents {
 class RunFolder {
  public:
   /// Make the folder. An existing one must be empty, or a run of Lahar and `overwrite` be true: its
-  /// old results are then removed, and only those. Throws InputError where it must not be touched,
+  /// old results, or those of its stages, are then removed, and only those. `cleared`: they were,
+  /// by remove_stages(), and what is left may stay. Throws InputError where it must not be touched,
   /// including a folder that another process is writing to.
-  RunFolder(std::filesystem::path folder, const RunFolderContents& contents,
-            bool overwrite = false);
+  RunFolder(std::filesystem::path folder, const RunFolderContents& contents, bool overwrite = false,
+            bool cleared = false);
   /// Go on with the run that is in the folder: what it wrote after that step is removed, its log
   /// goes on. Throws InputError where there is no run, or another process is writing to it.
   RunFolder(std::filesystem::path folder, const RunFolderContents& contents,
@@ -80,6 +82,19 @@ class RunFolder {
 /// Throws InputError where RunFolder would not take a folder for a new run, and IoError where it
 /// surely could not make it. Changes nothing.
 void check_run_folder(const std::filesystem::path& folder, bool overwrite);
+/// The same of a folder of a run with `stages`, each of which has a folder in it.
+void check_run_folder(const std::filesystem::path& folder, const std::vector<std::string>& stages,
+                      bool overwrite);
+
+/// Whether an earlier run has results in a folder, or in folders of its stages there.
+bool holds_run(const std::filesystem::path& folder);
+
+/// Remove what an earlier run without stages wrote to a folder, but for files of the user.
+void remove_unstaged_run(const std::filesystem::path& folder);
+/// The same of stages in a folder, of which `goes` says whether one with that name goes. Returns
+/// the names of those whose folders stay, for files of the user in them.
+std::vector<std::string> remove_stages(const std::filesystem::path& folder,
+                                       const std::function<bool(const std::string& name)>& goes);
 
 /// Where the frames of a run belong.
 std::filesystem::path frames_folder(const std::filesystem::path& run);

@@ -199,9 +199,10 @@ RunContinuation CaseRun::continuation() const {
 
 std::unique_ptr<RunFolder> CaseRun::new_folder(RunInfo about) const {
   const RunFolderContents contents{std::move(about), scenario_.text, scenario_.full};
-  return restart_
-             ? std::make_unique<RunFolder>(outline_.output.folder, contents, continuation())
-             : std::make_unique<RunFolder>(outline_.output.folder, contents, arguments_.overwrite);
+  if (restart_)
+    return std::make_unique<RunFolder>(outline_.output.folder, contents, continuation());
+  return std::make_unique<RunFolder>(outline_.output.folder, contents, arguments_.overwrite,
+                                     stage_.cleared);
 }
 
 void CaseRun::begin_checkpoints(Simulation& simulation, const SimulationInfo& info) {
@@ -255,6 +256,7 @@ void CaseRun::describe_restart(const Simulation& simulation) {
 
 void CaseRun::make_folder(RunInfo about) {
   on_first_rank(ranks_, [&] {
+    if (stage_.before_folder) stage_.before_folder();
     folder_ = new_folder(std::move(about));
     console_.log_to([this](const std::string& line) { folder_->log(line); });
   });

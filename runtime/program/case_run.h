@@ -5,6 +5,7 @@
 #include <chrono>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,6 +29,8 @@ struct CaseStage {
   std::unique_ptr<CheckpointReader> before = {};  ///< end of the stage before; null = the first
   bool alike = false;                             ///< as goes_on_alike() says
   bool goes_before = false;                       ///< another stage needs the state at the end
+  bool cleared = false;                           ///< as RunFolder says
+  std::function<void()> before_folder = {};       ///< on the rank that makes it; may be empty
 };
 
 class CaseRun {

@@ -115,18 +115,45 @@ std::unique_ptr<CheckpointReader> StagesRun::end_of(std::size_t stage, Console& 
   return reader;
 }
 
-int StagesRun::run(std::size_t stage, const std::string& restart, Console& console) const {
+void StagesRun::refuse_other_stages() const {
+  on_first_rank(arguments_.execution.ranks, [&] {
+    for (const FolderOfRun& one : stages_in(folder_)) {
+      const std::string name = one.folder.filename().string();
+      if (std::find(names_.begin(), names_.end(), name) == names_.end())
+        throw InputError({Problem{
+            .message = fmt::format("{} has the results of a stage {}, which the scenario does not "
+                                   "have",
+                                   folder_, name),
+            .hint = "begin again with --overwrite, or leave stages that have ended as they were"}});
+    }
+  });
+}
+
+void StagesRun::clear(std::size_t first) {
+  if (!arguments_.overwrite && arguments_.restart.empty()) return;  // there was nothing
+  const auto later = names_.begin() + static_cast<std::ptrdiff_t>(first) + 1;
+  const bool all = arguments_.restart.empty();
+  if (all) remove_unstaged_run(folder_);
+  left_ = remove_stages(folder_, [&](const std::string& name) {
+    return (all && name != names_[first]) || std::find(later, names_.end(), name) != names_.end();
+  });
+}
+
+int StagesRun::run(std::size_t stage, const Begin& from, Console& console) {
+  const std::string restart = stage == from.stage ? from.restart : "";
   Scenario scenario = read_(stage);
   console.line(stage_line(scenario));
   RunArguments arguments = arguments_;
   arguments.output = folder(stage);
   arguments.restart = restart;
-  // Whatever lies in folders of later stages is not of this run.
+  // Stages are checked before any begins. One that goes on from the one before replaces its own.
   arguments.overwrite = restart.empty() && (arguments_.overwrite || !arguments_.restart.empty());
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begun_;
   if (arguments_.wall_time > 0)
     arguments.wall_time = std::max(arguments_.wall_time - elapsed.count(), 1e-3);
   CaseStage of{.name = names_[stage], .goes_before = stage + 1 < names_.size()};
+  of.cleared = std::find(left_.begin(), left_.end(), names_[stage]) != left_.end();
+  if (stage == from.stage) of.before_folder = [this, stage] { clear(stage); };
   if (stage > 0 && restart.empty()) {
     of.before = end_of(stage - 1, console);
     of.alike = goes_on_alike(full_[stage - 1], full_[stage]);
@@ -136,13 +163,14 @@ int StagesRun::run(std::size_t stage, const std::string& restart, Console& conso
 
 int StagesRun::execute() {
   check_output(arguments_, folder_, names_);
+  if (!arguments_.restart.empty()) refuse_other_stages();
   const Begin from = begin();
   for (std::size_t k = from.stage; k < names_.size(); ++k) {
     Console own(voice_of(arguments_), arguments_.listener);  // each has the log of its run folder
     Console& console = k == from.stage ? console_ : own;
     if (k > from.stage) console.line("");
     try {
-      const int code = run(k, k == from.stage ? from.restart : "", console);
+      const int code = run(k, from, console);
       if (code != 0) return code;
     } catch (const InputError& error) {
       std::vector<Problem> problems = error.problems();
@@ -161,10 +189,8 @@ void check_output(const RunArguments& arguments, const std::string& planned,
                   const std::vector<std::string>& stages) {
   if (!arguments.restart.empty()) return;
   const fs::path folder = arguments.output.empty() ? planned : arguments.output;
-  on_first_rank(arguments.execution.ranks, [&] {
-    if (stages.empty()) check_run_folder(folder, arguments.overwrite);
-    for (const std::string& stage : stages) check_run_folder(folder / stage, arguments.overwrite);
-  });
+  on_first_rank(arguments.execution.ranks,
+                [&] { check_run_folder(folder, stages, arguments.overwrite); });
 }
 
 int run_scenario(const RunArguments& arguments, StagesRun::Read read, Scenario scenario,

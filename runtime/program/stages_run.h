@@ -45,7 +45,12 @@ class StagesRun {
   /// The stage that has not ended, or the one whose checkpoint is named.
   Begin begin() const;
   std::unique_ptr<CheckpointReader> end_of(std::size_t stage, Console& console) const;
-  int run(std::size_t stage, const std::string& restart, Console& console) const;
+  /// Throws where stages lie in the folder that the scenario does not have. Collective.
+  void refuse_other_stages() const;
+  /// Remove what lies in the folder and is not of this run, which begins with that stage. On the
+  /// rank that makes folders, before it makes the first.
+  void clear(std::size_t first);
+  int run(std::size_t stage, const Begin& from, Console& console);
 
   const RunArguments& arguments_;
   Read read_;
@@ -53,6 +58,7 @@ class StagesRun {
   std::string folder_;
   std::vector<std::string> names_;
   std::vector<std::string> full_;  ///< Scenario::full of each
+  std::vector<std::string> left_;  ///< stages whose folders clear() has left, with other files
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
 };
 

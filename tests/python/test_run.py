@@ -122,6 +122,27 @@ class RunTest(TestCase):
         self.assertEqual(run.status, "failed")
         self.assertGreater(len(run.frames), 0)
 
+    def test_stages_of_an_earlier_run_do_not_stay(self):
+        case = column(end_time=0.02)
+        out = self.folder / "run"
+        case.run(out, progress=False)
+        case["stages"] = [{"name": "one"}, {"name": "two"}]
+        with self.assertRaisesRegex(lahar.InvalidInput, "holds the results of an earlier run"):
+            case.run(out, progress=False)
+        self.assertEqual(list(case.run(out, overwrite=True, progress=False).stages), ["one", "two"])
+        self.assertFalse((out / "manifest.json").exists())
+        (out / "two" / "notes.txt").write_text("mine")
+        case["stages"] = [{"name": "one"}, {"name": "three"}]
+        with self.assertRaisesRegex(lahar.InvalidInput, "a stage two, which the scenario does not have"):
+            case.run(out, restart="latest", progress=False)
+        self.assertEqual(list(case.run(out, overwrite=True, progress=False).stages), ["one", "three"])
+        self.assertEqual([path.name for path in (out / "two").iterdir()], ["notes.txt"])
+        case["stages"] = [{"name": "one"}, {"name": "two"}]
+        self.assertEqual(list(case.run(out, overwrite=True, progress=False).stages), ["one", "two"])
+        del case["stages"]
+        self.assertEqual(case.run(out, overwrite=True, progress=False).stages, {})
+        self.assertFalse((out / "one").exists())
+
     def test_stages_are_runs_of_their_own(self):
         case = column()
         case["stages"] = [{"name": "first", "analysis": {"end_time": 0.01}}, {"name": "second"}]

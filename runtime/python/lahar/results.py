@@ -33,13 +33,15 @@ class Run:
         self._planned: list[str] = []  # stages
         if self._is_run(self.folder):
             return
-        inside = [path for path in self.folder.glob("*") if self._is_run(path)]
-        if not inside:
+        begun = _stages_in(self.folder)
+        scenario: dict[str, Any] = {}
+        if begun:
+            text = (begun[-1] / "scenario.json").read_text(encoding="utf-8")
+            scenario = json.loads(_engine.parse(text, "scenario.json"))
+        if "stages" not in scenario:
             raise FileNotFoundError(f"{self.folder} is not the folder of a run: it has no manifest.json")
-        text = (inside[0] / "scenario.json").read_text(encoding="utf-8")
-        self._planned = [stage["name"] for stage in json.loads(_engine.parse(text, "scenario.json"))["stages"]]
-        self.stages.update({name: Run(self.folder / name) for name in self._planned
-                            if self.folder / name in inside})
+        self._planned = [stage["name"] for stage in scenario["stages"]]
+        self.stages.update({path.name: Run(path) for path in begun})
 
     @staticmethod
     def _is_run(folder: Path) -> bool:
@@ -136,6 +138,20 @@ class Run:
     def __repr__(self) -> str:
         stages = f", stages {', '.join(self.stages)}" if self.stages else ""
         return f"<lahar.Run {self.folder}: {self.status}{stages}>"
+
+
+def _stages_in(folder: Path) -> list[Path]:
+    """Folders of stages in their order, of two with one number the later one: those that `lahar
+    watch` and `lahar report` show."""
+    found = []
+    for file in folder.glob("*/manifest.json"):
+        manifest = json.loads(file.read_text(encoding="utf-8"))
+        if "lahar_run" in manifest:
+            found.append((manifest.get("stage", 0), manifest.get("started", ""), file.parent))
+    if any(number > 0 for number, _, _ in found):
+        latest = {number: path for number, _, path in sorted(found) if number > 0}
+        return list(latest.values())
+    return [path for _, _, path in sorted(found)]  # manifests of older versions have no number
 
 
 class _Stages(dict[str, Run]):

@@ -44,6 +44,16 @@ void make_run(const fs::path& path, const std::vector<Index>& steps) {
   run.finish({});
 }
 
+/// A finished run with these stages.
+void make_stages(const fs::path& path, const std::vector<std::string>& names) {
+  Index number = 0;
+  for (const std::string& name : names) {
+    RunFolderContents stage = contents();
+    stage.info.stage = ++number;
+    RunFolder(path / name, stage).finish({});
+  }
+}
+
 bool contains(const fs::path& file, const std::string& text) {
   return read_text_file(file).find(text) != std::string::npos;
 }
@@ -127,6 +137,90 @@ TEST_CASE("an earlier run is replaced only on request, and only its results") {
   CHECK(names_in(path / "export").empty());
   CHECK(read_text_file(path / "notes.txt") == "mine");
   CHECK(names_in(path / "frames") == std::vector<std::string>{"picture.png"});
+}
+
+TEST_CASE("a run with stages is replaced by one without only on request, and wholly") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path / "run";
+  make_stages(path, {"one", "two"});
+  write_text_file(path / "two/notes.txt", "mine");
+  const std::string said = refusal([&] { check_run_folder(path, false); });
+  CHECK(said.starts_with("output folder " + path.string() + " holds the results of an earlier"));
+  CHECK(refusal([&] { RunFolder(path, contents()); }) == said);
+  CHECK(refusal([&] { check_run_folder(path, true); }) == "no error");
+  RunFolder(path, contents(), true).finish({});
+  CHECK(folders_of_run(path).size() == 1);
+  CHECK(stages_in(path).empty());
+  CHECK_FALSE(fs::exists(path / "one"));
+  CHECK(names_in(path / "two") == std::vector<std::string>{"notes.txt"});
+}
+
+TEST_CASE("a run with stages refuses a folder with a run without, or with other stages") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path / "run", staged = folder.path / "staged";
+  const std::vector<std::string> names{"one", "three"};
+  const auto says = [&](const fs::path& at, bool overwrite) {
+    return refusal([&] { check_run_folder(at, names, overwrite); });
+  };
+  CHECK(says(path, false) == "no error");
+  make_run(path, {0});
+  make_stages(staged, {"first", "second"});
+  for (const fs::path& at : {path, staged}) {
+    CHECK(says(at, false).starts_with("output folder " + at.string() + " holds the results"));
+    CHECK(says(at, true) == "no error");
+  }
+  write_text_file(path / "notes.txt", "mine");
+  remove_unstaged_run(path);
+  CHECK(names_in(path) == std::vector<std::string>{"notes.txt"});
+  CHECK(says(path, false) == "no error");
+  write_text_file(staged / "second/notes.txt", "mine");
+  const auto left = remove_stages(staged, [](const std::string&) { return true; });
+  CHECK(left == std::vector<std::string>{"second"});
+  CHECK(names_in(staged) == std::vector<std::string>{"second"});
+  CHECK(refusal([&] { RunFolder(staged / "second", contents(), true); }).find("not a run") !=
+        std::string::npos);
+  RunFolder(staged / "second", contents(), true, true).finish({});
+  CHECK(read_text_file(staged / "second/notes.txt") == "mine");
+}
+
+TEST_CASE("stages that are being written to are not removed") {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path / "run";
+  RunFolderContents first = contents();
+  first.info.stage = 1;
+  const RunFolder stage(path / "one", first);
+  const auto busy = [](const std::string& said) {
+    return said.find("is being written to by another run") != std::string::npos;
+  };
+  CHECK(busy(refusal([&] { check_run_folder(path, true); })));
+  CHECK(busy(refusal([&] { check_run_folder(path, {"other"}, true); })));
+  CHECK(busy(refusal([&] { RunFolder(path, contents(), true); })));
+  CHECK(is_run_folder(path / "one"));
+}
+
+TEST_CASE("files of the user beside stages are not replaced by those of a run") {
+  const TemporaryFolder folder;
+  make_stages(folder.path, {"one"});
+  write_text_file(folder.path / "scenario.json", "mine");
+  CHECK(refusal([&] { RunFolder(folder.path, contents(), true); }).find("not a run of Lahar") !=
+        std::string::npos);
+  CHECK(read_text_file(folder.path / "scenario.json") == "mine");
+  CHECK(is_run_folder(folder.path / "one"));
+}
+
+TEST_CASE("of two stages with one number the later one counts") {
+  const TemporaryFolder folder;
+  make_stages(folder.path, {"one", "two"});
+  const fs::path file = folder.path / "two/manifest.json";
+  std::string older = read_text_file(file);
+  older.replace(older.find("\"started\": \"2"), 13, "\"started\": \"1");
+  make_stages(folder.path, {"begin", "three"});
+  write_text_file(file, older);
+  fs::remove_all(folder.path / "begin");
+  std::vector<std::string> names;
+  for (const FolderOfRun& one : folders_of_run(folder.path))
+    names.push_back(one.folder.filename().string());
+  CHECK(names == std::vector<std::string>{"one", "three"});
 }
 
 TEST_CASE("a folder that is no run is never touched") {
