@@ -82,6 +82,23 @@ CbgeoParticle particle_of(const Frame& frame, const Columns& columns, std::size_
   return p;
 }
 
+/// Names of fields that the table needs and a frame does not have: state variables only of
+/// materials that its particles have.
+std::vector<std::string> missing_fields(const Frame& frame, const CbgeoRun& run) {
+  std::vector<std::string> missing;
+  const auto need = [&](const std::string& name) {
+    if (!frame.find(name) && std::find(missing.begin(), missing.end(), name) == missing.end())
+      missing.push_back(name);
+  };
+  for (const char* name : {"mass", "volume", "displacement", "velocity", "stress", "strain"})
+    need(name);
+  const auto& used = frame.material;
+  for (const auto& [material, names] : run.states)
+    if (std::find(used.begin(), used.end(), static_cast<std::int32_t>(material)) != used.end())
+      for (const std::string& name : names) need(name);
+  return missing;
+}
+
 }  // namespace
 
 CbgeoRun read_cbgeo_run(const std::filesystem::path& run) {
@@ -114,6 +131,12 @@ void write_cbgeo(const Frame& frame, const CbgeoRun& run, const std::filesystem:
     throw InputError({Problem{
         .message = "the particle files of CB-Geo MPM have no liquid in pores: it would be lost",
         .hint = "write csv or vtu, or go on with --restart"}});
+  if (const auto missing = missing_fields(frame, run); !missing.empty())
+    throw InputError({Problem{
+        .message = fmt::format("the frame has no {}, which the particle files of CB-Geo MPM have",
+                               fmt::join(missing, ", ")),
+        .hint = "run again without \"frame_fields\" in post_processing, or with all of these; csv "
+                "and vtu are written with what there is"}});
   check_consistent(frame);
   const Columns columns(frame, run);
   write_cbgeo_table(file, frame.size(), [&](Index first, Index n) {

@@ -24,7 +24,7 @@ CbgeoRun read_cbgeo_run(const std::filesystem::path& run);
 
 /// Write a frame. Frames have no natural sizes (0 in the file), no cells (-1), and of the
 /// volumetric strain the trace of the strain. Throws InputError for a frame before the first step,
-/// which has no counterpart, and for one with a liquid in pores; IoError.
+/// which has no counterpart, for one with a liquid in pores, and where fields are missing; IoError.
 void write_cbgeo(const Frame& frame, const CbgeoRun& run, const std::filesystem::path& file);
 
 }  // namespace lahar

@@ -214,6 +214,20 @@ void ScenarioBuilder<Dim>::warn_of_fields() {
         std::find(known.begin(), known.end(), name.as<std::string>()) == known.end())
       in_.warning(name, fmt::format("particles have no field '{}'", name.as<std::string>()),
                   suggest(name.as<std::string>(), known, "fields"));
+  const auto& wanted = model_.output.frame_fields;
+  if (wanted.empty()) return;
+  for (const JsonValue& name : names->as<JsonValue::Array>()) {
+    const auto is_it = [&](const auto& field) {
+      return name.is<std::string>() && field.name == name.as<std::string>();
+    };
+    if (std::any_of(derived_fields.begin(), derived_fields.end(), is_it) &&
+        std::find(wanted.begin(), wanted.end(), name.as<std::string>()) == wanted.end())
+      in_.warning(name,
+                  fmt::format("frames will not have '{}': 'frame_fields' leaves only its own",
+                              name.as<std::string>()),
+                  fmt::format("add \"{}\" to frame_fields: no other field is needed for it",
+                              name.as<std::string>()));
+  }
 }
 
 }  // namespace lahar

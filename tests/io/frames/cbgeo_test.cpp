@@ -142,6 +142,23 @@ TEST_CASE("a frame before the first step has no counterpart") {
                        InputError);
 }
 
+TEST_CASE("a frame without all fields is not written with zeros in their place") {
+  const TemporaryFolder folder;
+  Frame frame = two_particles();
+  std::erase_if(frame.columns, [](const FrameColumn& c) {
+    return c.name == "mass" || c.name == "stress" || c.name == "pressure";
+  });
+  const fs::path file = folder.path / "x.h5";
+  CHECK_THROWS_WITH_AS(write_cbgeo(frame, {}, file),
+                       "the frame has no mass, stress, which the particle files of CB-Geo MPM have",
+                       InputError);
+  CHECK_THROWS_WITH_AS(
+      write_cbgeo(frame, {.states = {{1, {"pressure"}}, {5, {"p_c"}}}}, file),
+      "the frame has no mass, stress, pressure, which the particle files of CB-Geo MPM have",
+      InputError);
+  CHECK_FALSE(fs::exists(file));
+}
+
 TEST_CASE("a frame with a liquid in pores is not written as if it had none") {
   const TemporaryFolder folder;
   Frame frame = two_particles();
