@@ -119,6 +119,21 @@ void ScenarioBuilder<Dim>::build_resume() {
         "(--restart), or take \"cpdi\", whose domains begin anew as boxes");
     return;
   }
+  if (a.free_bodies) {
+    in_.error(
+        *resume, "a run with free rigid bodies cannot be resumed from a particle file",
+        "the file does not have where bodies are and how they move; leave out \"resume\", and "
+        "go on from a checkpoint of that run: lahar run ... --restart latest");
+    return;
+  }
+  const auto is_prescribed = [](const RigidBody<Dim>& body) {
+    return body.motion == RigidBody<Dim>::Motion::prescribed;
+  };
+  if (a.step.adaptive && std::ranges::any_of(model_.rigid_bodies, is_prescribed))
+    in_.warning(*resume,
+                "rigid bodies with prescribed motion begin where they were at time 0: without a "
+                "fixed 'dt' the time begins anew",
+                "go on from a checkpoint (--restart), or give their regions where they are");
   if (a.affine != Affine::none)
     in_.warning(
         *resume,

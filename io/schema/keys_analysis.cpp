@@ -634,7 +634,8 @@ const Section& analysis_section() {
            .kinds = object,
            .help =
                "continue an earlier run from its particle file. Files do not contain the domains "
-               "of particles: domains of GIMP and CPDI begin again as boxes, and cpdi2 is refused",
+               "of particles: domains of GIMP and CPDI begin again as boxes, and cpdi2 is "
+               "refused, and so are free rigid bodies",
            .section = resume_section},
       }};
   return section;

@@ -16,6 +16,10 @@ std::vector<Edit> inject(const std::string& keys, const std::string& cell_set = 
                                  cell_set + "}]}")};
 }
 
+const char* const free_body =
+    "\"rigid_bodies\": [{\"region\": {\"sphere\": {\"centre\": [1.5, 1.5], \"radius\": 0.25}},"
+    " \"density\": 1000}],\n  \"particles\": [";
+
 Edit resume(const std::string& keys, const std::string& more = "") {
   return replace("mpm.json", "\"dt\"", "\"resume\": {" + keys + "}, " + more + "\"dt\"");
 }
@@ -142,6 +146,15 @@ mpm.json:19:51: error: 'step' is missing in analysis.resume [/analysis/resume]
                                                     ^
   hint: the file does not have the corners of the particles' domains; go on from a checkpoint (--restart), or take "cpdi", whose domains begin anew as boxes
 )"},
+    {"free bodies that a particle file does not have",
+     {resume(R"("resume": true, "uuid": "x", "step": 5)"),
+      replace("mpm.json", "\"particles\": [", free_body)},
+     {},
+     R"(mpm.json:20:51: error: a run with free rigid bodies cannot be resumed from a particle file [/analysis/resume]
+    "analysis": {"type": "MPMExplicit2D", "resume": {"resume": true, "uuid": "x", "step": 5}, "dt": 0.001, "nsteps": 10},
+                                                    ^
+  hint: the file does not have where bodies are and how they move; leave out "resume", and go on from a checkpoint of that run: lahar run ... --restart latest
+)"},
     {"not an HDF5 file",
      {resume(R"("resume": true, "uuid": ".", "step": 5)"),
       replace("mpm.json", "\"output_steps\"", "\"path\": \".\", \"output_steps\""),
@@ -188,5 +201,5 @@ mpm.json:19:51: error: 'step' is missing in analysis.resume [/analysis/resume]
 )"},
   };
   // clang-format on
-  check(table, 9);
+  check(table, 10);
 }
