@@ -110,6 +110,7 @@ int CaseRun::run_time_loop(Simulation& simulation) {
 
 std::string CaseRun::how_to_go_on() const {
   if (!is_run_folder(outline_.output.folder)) return "";
+  if (!arguments_.can_restart) return ". When the cause is mended, start again with --overwrite.";
   std::vector<CheckpointFile> checkpoints;
   try {
     checkpoints = checkpoints_in(checkpoint_folder(outline_.output.folder));
@@ -199,22 +200,26 @@ void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const R
   const double particle_steps = this->particle_steps(simulation.step());
   const std::string in_stage = stage_.name.empty() ? "" : fmt::format("stage {}: ", stage_.name);
   console_.line("");
+  const auto to_go_on = [&](const std::string& with) {
+    return arguments_.can_restart
+               ? "To continue" + with + ": the same command with --restart latest."
+               : "To begin again" + with + ": the same command with --overwrite.";
+  };
   if (end.status == RunStatus::failed) {
     console_.warn("lahar: error: " + in_stage + end.message);
     console_.line(
         is_whole
-            ? fmt::format("The last frame and a checkpoint show the particles after step {}. To "
-                          "continue, with other {}: the same command with --restart latest.",
-                          simulation.step(), info.solves.steps > 0 ? "tolerances" : "bounds")
+            ? fmt::format("The last frame and a checkpoint show the particles after step {}. {}",
+                          simulation.step(),
+                          to_go_on(info.solves.steps > 0 ? ", with other tolerances"
+                                                         : ", with other bounds"))
             : fmt::format("The last frame shows the particles where the run stopped, some a few "
                           "steps beyond step {}.",
                           simulation.step()));
   }
   if (end.status == RunStatus::stopped)
-    console_.line(
-        fmt::format("{}stopped by {} after step {}; the state was written. To continue: the same "
-                    "command with --restart latest.",
-                    in_stage, end.message, simulation.step()));
+    console_.line(fmt::format("{}stopped by {} after step {}; the state was written. {}", in_stage,
+                              end.message, simulation.step(), to_go_on("")));
   if (info.removed > 0)
     console_.warn(fmt::format(
         "lahar: warning: {} particle{} left the mesh and {} removed; {} lists them.", info.removed,

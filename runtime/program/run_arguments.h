@@ -21,9 +21,10 @@ struct RunArguments {
   std::string output;  ///< run folder; empty = the scenario's
   bool overwrite = false;
   bool quiet = false;
-  double memory = 0;     ///< [bytes] of the machine that ranks on it may take; 0 = all it has
-  double wall_time = 0;  ///< [s] stop before; 0 = no limit
-  std::string restart;   ///< go on from: a checkpoint, or "latest"; empty = from the beginning
+  double memory = 0;        ///< [bytes] of the machine that ranks on it may take; 0 = all it has
+  double wall_time = 0;     ///< [s] stop before; 0 = no limit
+  std::string restart;      ///< go on from: a checkpoint, or "latest"; empty = from the beginning
+  bool can_restart = true;  ///< the command has --restart
   std::optional<Index> checkpoint_steps;     ///< instead of the scenario's
   std::optional<double> checkpoint_minutes;  ///< the same
   std::string picture;                       ///< check: SVG file of the model; empty = none

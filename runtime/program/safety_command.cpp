@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "io/base/atomic_file.h"
+#include "io/run/run_folder.h"
 #include "runtime/comm/rank_team.h"
 #include "runtime/program/commands.h"
 #include "runtime/program/ranks_begin.h"
@@ -32,6 +33,16 @@ Scenario read(const RunArguments& arguments, const Team& team, std::size_t stage
   options.team = &team;
   options.memory = arguments.execution.memory;
   return read_scenario(arguments.scenario, options);
+}
+
+/// `lahar run` would go on with an earlier run, this does not.
+void refuse_earlier_results(const RunArguments& arguments, const fs::path& folder) {
+  on_first_rank(arguments.execution.ranks, [&] {
+    if (!arguments.overwrite && holds_run(folder))
+      throw InputError({Problem{
+          .message = fmt::format("folder {} holds the results of an earlier run", folder.string()),
+          .hint = "add --overwrite to replace them, or choose another folder with --output"}});
+  });
 }
 
 /// The run of the scenario with full strength. Returns the exit status.
@@ -131,6 +142,7 @@ int safety_command(const SafetyOptions& given) {
                               ? outline_of(first.model).output.folder + "-safety"
                               : arguments.output;
   const fs::path rest = folder / "equilibrium";
+  refuse_earlier_results(arguments, rest);
   if (const int code = come_to_rest(arguments, team, std::move(first), rest)) {
     if (code != exit_stopped)
       console.warn(
@@ -167,6 +179,7 @@ Action add_safety(CLI::App& command) {
   command.add_flag("--quiet,-q", run.quiet, "Print only warnings and errors");
   return [options](const Words& words) {
     options->run.command = words;
+    options->run.can_restart = false;
     options->run.execution.ranks = Communicator::world();
     return safety_command(*options);
   };

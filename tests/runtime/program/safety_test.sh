@@ -39,6 +39,13 @@ awk -F, 'NR > 1 { if ($2) { if ($1 > lo) lo = $1 } else { if (!hi || $1 < hi) hi
   fail "the factor of the cut: $(tr '\n' ' ' <"$work/one/safety.csv")"
 grep -q "factor of safety 1\.[5-8]" "$work/out" || fail "the factor is not said"
 [ -f "$work/one/mechanism/manifest.json" ] || fail "there is no mechanism"
+safety one -t 1 && fail "earlier results are replaced without being asked"
+grep -q "holds the results of an earlier run" "$work/out" && grep -q "add --overwrite" "$work/out" ||
+  fail "it does not say what to do with earlier results"
+grep -q -- "--restart" "$work/out" && fail "it names an option that it does not have"
+safety broken -t 1 --set materials.0.yield_stress=20000 && fail "a run that failed is used"
+grep -q "To begin again.*--overwrite" "$work/out" || fail "it does not say how to begin again"
+grep -q -- "--restart" "$work/out" && fail "a failure names an option that it does not have"
 safety two -t 2 || fail "two threads"
 same two
 launch=("$mpiexec" --oversubscribe --bind-to none -n 2)
