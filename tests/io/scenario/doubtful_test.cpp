@@ -154,8 +154,16 @@ mpm.json:20:40: warning: particles have no field 'von_mises_stres' [/post_proces
                                          ^
   hint: did you mean 'von_mises_stress'?
 )"},
+    {"a derived field that frames leave out",
+     {replace("mpm.json", "\"output_steps\": 5",
+              R"("frame_fields": ["velocity", "mean_stress"], "vtk": ["speed", "mean_stress"])")}, {}, R"(accepted
+mpm.json:20:76: warning: frames will not have 'speed': 'frame_fields' leaves only its own [/post_processing/vtk/0]
+    "post_processing": {"frame_fields": ["velocity", "mean_stress"], "vtk": ["speed", "mean_stress"]}
+                                                                             ^
+  hint: add "speed" to frame_fields: no other field is needed for it
+)"},
   };
-  check(table, 15);
+  check(table, 16);
 }
 
 TEST_CASE("smoothing of pressure is warned of in scenarios written for Lahar alone") {
