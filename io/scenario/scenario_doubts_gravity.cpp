@@ -22,6 +22,23 @@ int upright_axis(const Vec<Dim>& gravity) {
   return most > upright * gravity.norm() ? axis : -1;
 }
 
+/// Whether a body may lie over what is between two corners. Terrain does not, nor a wall beside.
+template <int Dim>
+bool may_hold_from_above(const Solid<Dim>& body, const Vec<Dim>& foot, const Vec<Dim>& top) {
+  constexpr int up = Dim - 1;
+  const auto [low, high] = body.bounds();
+  if (!std::isfinite(high[up])) {
+    constexpr double far = 100;  // sizes
+    Vec<Dim> over = 0.5 * (foot + top);
+    over[up] += far * (top - foot).norm();
+    return body.nearest(over).distance < 0;
+  }
+  if (!std::isfinite(low[up]) || high[up] <= top[up]) return false;
+  for (int d = 0; d < up; ++d)
+    if (low[d] > top[d] || high[d] < foot[d]) return false;
+  return true;
+}
+
 template <int Dim>
 std::string text_of_vector(const Vec<Dim>& x) {
   std::string text;
@@ -49,18 +66,29 @@ void ScenarioBuilder<Dim>::warn_of_gravity_upward() {
       std::any_of(model_.particle_velocities.begin(), model_.particle_velocities.end(),
                   [](const auto& v) { return v.dir == up; });
   if (team_.any(driven || !model_.tractions.empty())) return;
-  double highest = -infinity, foot = infinity, top = -infinity;  // of supports, of particles
+  double highest = -infinity;  // of supports
   for (const Vec<Dim>& x : places_of(nodes)) highest = std::max(highest, x[up]);
+  std::vector<double> most(2 * Dim, -infinity);  // of particles: minus the least, and the largest
   for (const Vec<Dim>& x : model_.particles.x)
-    foot = std::min(foot, x[up]), top = std::max(top, x[up]);
-  const auto most = team_.most(std::vector<double>{highest, -foot, top});
-  bool other = false;  // that may hold from above
-  for (const RigidBody<Dim>& body : model_.rigid_bodies) {
-    const auto [low, high] = body.solid->bounds();
-    other |= (std::isfinite(low[up]) && high[up] > most[2]) || !std::isfinite(high[up]);
+    for (int d = 0; d < Dim; ++d) {
+      const auto k = static_cast<std::size_t>(d);
+      most[k] = std::max(most[k], -x[d]);
+      most[Dim + k] = std::max(most[Dim + k], x[d]);
+    }
+  most.push_back(highest);
+  most = team_.most(std::move(most));
+  highest = most.back();
+  Vec<Dim> foot, top;
+  for (int d = 0; d < Dim; ++d) {
+    foot[d] = -most[static_cast<std::size_t>(d)];
+    top[d] = most[static_cast<std::size_t>(Dim + d)];
   }
-  const bool held = most[0] > -infinity || !model_.rigid_bodies.empty();
-  if (!held || other || most[0] > -most[1] + outer_cell()[up]) return;
+  const auto& bodies = model_.rigid_bodies;
+  const bool other = std::any_of(bodies.begin(), bodies.end(), [&](const RigidBody<Dim>& body) {
+    return may_hold_from_above(*body.solid, foot, top);
+  });
+  const bool held = highest > -infinity || !bodies.empty();
+  if (!held || other || highest > foot[up] + outer_cell()[up]) return;
   Vec<Dim> down = model_.gravity;
   down[up] = -down[up];
   in_.warning(*given,

@@ -66,6 +66,25 @@ std::string warnings_in_space(const std::string& gravity, const std::string& mea
   return format_problems(s.warnings, "warning");
 }
 
+/// A layer on a body of terrain, in three, with other bodies.
+std::string warnings_on_terrain(const std::string& gravity, const std::string& more) {
+  const Scenario s = read_scenario_text(
+      fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 1, "counts": [4, 4, 4]}}}},
+    "geometry": {{"ground": {{"points": [[-1, -1, 2], [5, -1, 1], [5, 5, 1], [-1, 5, 2]]}},
+                  "top": {{"surface": "ground", "raise_by": 1}}}},
+    "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+                    "poisson_ratio": 0.3}}],
+    "rigid_bodies": [{{"region": {{"below": "ground"}}}}{}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                     "region": {{"intersection": [{{"between": ["ground", "top"]}},
+                       {{"box": {{"min": [1, 1, 0], "max": [3, 3, 4]}}}}]}}}}}}],
+    "external_loading_conditions": {{"gravity": {}}},
+    "analysis": {{"nsteps": 1}}}})",
+                  more, gravity),
+      "");
+  return format_problems(s.warnings, "warning");
+}
+
 bool warns(const std::string& said, const std::string& text) {
   INFO(said);
   return said.find(text) != std::string::npos;
@@ -85,6 +104,26 @@ TEST_CASE("gravity that points up, away from all that holds the material, is war
   const std::string low = R"({"region": {"box": {"min": [8.5, 0], "max": [9, 1]}}})";  // holds not
   CHECK(warns(warnings_of({.gravity = "[0, 9.81]", .bodies = low}), up));
   CHECK_FALSE(warns(warnings_of({.gravity = "[9.81, 0]"}), up));  // a wall, a hanging bar
+  const std::string beside = R"({"region": {"box": {"min": [8.5, 0], "max": [9, 4]}}})";
+  CHECK(warns(warnings_of({.gravity = "[0, 9.81]", .bodies = beside}), up));
+  const auto half = [](const char* normal) {  // solid against the normal
+    return fmt::format(R"({{"region": {{"half_space": {{"point": [0, 2.5], "normal": {}}}}}}})",
+                       normal);
+  };
+  CHECK_FALSE(warns(warnings_of({.gravity = "[0, 9.81]", .bodies = half("[0.1, -1]")}), up));
+}
+
+TEST_CASE("so it is where terrain is all that holds the material") {
+  const std::string up = "gravity points up, along +z, and all that holds the material is below it";
+  const auto said = [](const char* gravity, const std::string& more) {
+    return warnings_on_terrain(gravity, more);
+  };
+  CHECK(warns(said("[0, 0, 9.81]", ""), up));
+  CHECK_FALSE(warns(said("[0, 0, -9.81]", ""), up));
+  const std::string gate = R"(, {"region": {"box": {"min": [3.5, 0, 0], "max": [4, 4, 4]}}})";
+  CHECK(warns(said("[0, 0, 9.81]", gate), up));  // beside it
+  const std::string roof = R"(, {"region": {"box": {"min": [0, 0, 3.2], "max": [4, 4, 4]}}})";
+  CHECK_FALSE(warns(said("[0, 0, 9.81]", roof), up));
 }
 
 TEST_CASE("soil on a bed that gravity is turned for is soft by its depth, not by its length") {
