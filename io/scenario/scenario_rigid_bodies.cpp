@@ -130,6 +130,14 @@ void ScenarioBuilder<Dim>::read_motion(const JsonValue& entry, RigidBody<Dim>& b
     else
       in_.error(*fixed, fmt::format("'fixed' has axes and \"spin\", found \"{}\"", word));
   }
+  for (int d = 0; d < Dim; ++d)
+    if (body.held[d] != 0 && body.velocity[d] != 0)
+      in_.error(*velocity,
+                fmt::format("'velocity' along {} is {}, but 'fixed' holds the body there", "xyz"[d],
+                            body.velocity[d]),
+                "give 0, or take the axis out of 'fixed'");
+  if (!body.held_spin.isZero() && !body.spin.isZero())
+    in_.error(*spin, "'spin' is not 0, but 'fixed' holds it", "leave out one of them");
 }
 
 template <int Dim>

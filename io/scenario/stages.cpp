@@ -221,24 +221,32 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
 
 namespace {
 
-/// By name of a rigid body, "region" and "centre" of its entry.
-std::map<std::string, std::string> shapes_of(const Scenario& scenario) {
-  std::map<std::string, std::string> shapes;
-  const auto names = std::visit(
+std::vector<std::string> names_of_bodies(const Scenario& scenario) {
+  return std::visit(
       [](const auto& model) {
         std::vector<std::string> all;
         for (const auto& body : model.rigid_bodies) all.push_back(body.name);
         return all;
       },
       scenario.model);
-  if (names.empty()) return shapes;
+}
+
+/// By name of a rigid body, what its entry has of these keys; only of free bodies, if so wanted.
+std::map<std::string, std::string> texts_of_bodies(const Scenario& scenario,
+                                                   const std::vector<const char*>& keys,
+                                                   bool only_free) {
+  std::map<std::string, std::string> texts;
+  const auto names = names_of_bodies(scenario);
+  if (names.empty()) return texts;
   const auto entries = json_of_text(scenario.full).at("rigid_bodies");
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto& entry = entries.at(k);
-    shapes[names[k]] = entry.value("region", nlohmann::json()).dump() +
-                       entry.value("centre", nlohmann::json()).dump();
+    if (only_free && !entry.contains("density") && !entry.contains("mass")) continue;
+    std::string& text = texts[names[k]];
+    for (const char* key : keys)
+      if (!only_free || entry.contains(key)) text += entry.value(key, nlohmann::json()).dump();
   }
-  return shapes;
+  return texts;
 }
 
 }  // namespace
@@ -247,10 +255,15 @@ StageBody body_of(const Scenario& scenario) {
   return std::visit(
       [&](const auto& model) {
         const Analysis& analysis = model.analysis;
-        return StageBody{analysis.two_phase,  analysis.scheme == Scheme::projection,
-                         analysis.functions,  analysis.contact.bodies,
-                         analysis.plane,      scenario.classes,
-                         shapes_of(scenario), analysis.mean_volume};
+        return StageBody{.two_phase = analysis.two_phase,
+                         .projection = analysis.scheme == Scheme::projection,
+                         .functions = analysis.functions,
+                         .bodies = analysis.contact.bodies,
+                         .plane = analysis.plane,
+                         .classes = scenario.classes,
+                         .rigid_bodies = texts_of_bodies(scenario, {"region", "centre"}, false),
+                         .starts = texts_of_bodies(scenario, {"velocity", "spin"}, true),
+                         .b_bar = analysis.mean_volume};
       },
       scenario.model);
 }
@@ -273,7 +286,11 @@ void check_body(const StageBody& before, const Scenario& stage) {
   same(now.functions == before.functions, "/analysis/shape_functions",
        "'analysis.shape_functions', whose domains particles have,");
   same(now.plane == before.plane, "/analysis/plane", "'analysis.plane', which volumes depend on,");
-  same(now.bodies == before.bodies, "/mesh", "the number of bodies in contact");
+  same(now.bodies == before.bodies, "/analysis/interface",
+       fmt::format("the number of bodies in contact, here {} and before {},", now.bodies,
+                   before.bodies),
+       "each material that particles have is a body: place particles of a material that there "
+       "is, or name the bodies in analysis.contact.bodies");
   for (const auto& [name, shape] : now.rigid_bodies)
     if (const auto old = before.rigid_bodies.find(name); old != before.rigid_bodies.end())
       same(old->second == shape, "/rigid_bodies",
@@ -287,8 +304,26 @@ void check_body(const StageBody& before, const Scenario& stage) {
 }
 
 std::vector<Problem> changes_of_method(const StageBody& before, const Scenario& stage) {
-  const bool now = body_of(stage).b_bar;
-  if (now == before.b_bar) return {};
+  std::vector<Problem> found;
+  const StageBody own = body_of(stage);
+  const auto names = names_of_bodies(stage);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto start = own.starts.find(names[k]);
+    if (start == own.starts.end() || start->second.empty()) continue;
+    const auto was = before.starts.find(names[k]);
+    if (!before.rigid_bodies.contains(names[k]) ||
+        (was != before.starts.end() && was->second == start->second))
+      continue;
+    found.push_back(stage.place(
+        {.where = fmt::format("/rigid_bodies/{}", k),
+         .message = fmt::format("stage {}: 'velocity' and 'spin' of the rigid body '{}' have no "
+                                "effect: it is free, and goes on as it moved in the stage before",
+                                stage.stages.at(stage.stage), names[k]),
+         .hint = "prescribe its motion in a stage of its own before (without density and mass), "
+                 "or leave them out"}));
+  }
+  const bool now = own.b_bar;
+  if (now == before.b_bar) return found;
   Problem problem{
       .where = "/analysis",
       .message =
@@ -297,7 +332,8 @@ std::vector<Problem> changes_of_method(const StageBody& before, const Scenario& 
       .hint =
           "stiffness and strength change with it: write \"b_bar\" in analysis of the scenario, "
           "true or false; its default: \"lahar info --reference\", b_bar"};
-  return {stage.place(problem)};
+  found.push_back(stage.place(problem));
+  return found;
 }
 
 bool goes_on_alike(const std::string& before, const std::string& stage) {

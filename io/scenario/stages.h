@@ -27,6 +27,8 @@ struct StageBody {
   std::vector<std::uint64_t> classes = {};  ///< Scenario::classes
   /// Of rigid bodies that are there again, by name, what they are made of.
   std::map<std::string, std::string> rigid_bodies = {};
+  /// Of free rigid bodies, by name, the motion with which they begin where they are new.
+  std::map<std::string, std::string> starts = {};
   bool b_bar = false;  ///< may change, but not without a word
 };
 StageBody body_of(const Scenario& scenario);
@@ -34,7 +36,8 @@ StageBody body_of(const Scenario& scenario);
 /// Throws InputError where a stage is not one of the body of the stage before it.
 void check_body(const StageBody& before, const Scenario& stage);
 
-/// Warnings where a stage takes another method than the one before, by default or as written.
+/// Warnings where a stage takes another method than the one before, by default or as written, and
+/// where it gives a motion to a free rigid body that keeps its own.
 std::vector<Problem> changes_of_method(const StageBody& before, const Scenario& stage);
 
 /// Whether a stage does to the particles what the one before did, at any time: scenarios with every

@@ -39,7 +39,8 @@ const Section& rigid_body_section() {
            .native = true},
           {.key = "velocity",
            .kinds = vector,
-           .help = "prescribed velocity; of a free body that at the start",
+           .help = "prescribed velocity; of a free body that at the start. A free body that the "
+                   "stage before had, too, keeps its own",
            .unit = "m/s",
            .native = true},
           {.key = "spin",
@@ -77,7 +78,8 @@ const Section& rigid_body_section() {
            .native = true},
           {.key = "fixed",
            .kinds = texts,
-           .help = "of a free body: how it does not move: \"x\", \"y\", \"z\", or \"spin\"",
+           .help = "of a free body: how it does not move: \"x\", \"y\", \"z\", or \"spin\". A "
+                   "`velocity` or `spin` there is refused",
            .native = true},
       }};
   return section;

@@ -184,8 +184,9 @@ void RigidMotion<Dim>::take_over(const std::vector<RigidBodyState>& bodies,
     body.turned = at.axes;
     taken_.back() = {before->force, before->torque};
     if (body.motion != RigidBody<Dim>::Motion::free) continue;
-    body.velocity = at.velocity;
-    body.spin = at.spin;
+    const Vec<Dim> free = Vec<Dim>::Ones() - body.held;  // what is fixed now stops
+    body.velocity = at.velocity.cwiseProduct(free);
+    body.spin = at.spin.cwiseProduct(Vec<3>(Vec<3>::Ones() - body.held_spin));
   }
 }
 

@@ -20,23 +20,25 @@ struct Parts {
   std::string analysis = R"("mpm_scheme": "musl", "dt": 1e-4)";
   std::string more = "";  ///< keys after these
   std::string geometry = R"("bed": {"points": [[0, 0.5], [4, 0.2]]})";
+  std::string materials = "";  ///< beside the first
 };
 
 Scenario scenario_of(const Parts& parts, std::size_t stage = 0) {
   ScenarioOptions options;
   options.stage = stage;
-  return read_scenario_text(fmt::format(R"({{
+  return read_scenario_text(
+      fmt::format(R"({{
     "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}}}},
     "geometry": {{{}}},
     "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
-                   "poisson_ratio": 0.2}}],
+                   "poisson_ratio": 0.2}}{}],
     "rigid_bodies": [{}],
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
                                  "region": {{"box": {{"min": [1, 1], "max": [2, 2]}}}}}}}}],
     "external_loading_conditions": {{"gravity": [0, -10]}},
     "analysis": {{{}, "nsteps": 1}}{}}})",
-                                        parts.geometry, parts.bodies, parts.analysis, parts.more),
-                            "", options);
+                  parts.geometry, parts.materials, parts.bodies, parts.analysis, parts.more),
+      "", options);
 }
 
 Model<2> model_of(const std::string& bodies) {
@@ -159,6 +161,64 @@ TEST_CASE("rigid bodies: what does not go together with them is refused") {
   CHECK(says(with(R"("mpm_scheme": "newmark", "dt": 0.1)"), "implicit steps"));
   CHECK(says(with(R"("plane": "stress", "dt": 1e-4)"), "plane stress"));
   CHECK(says(with(R"("mpm_scheme": "usl", "dt": 1e-4)"), "usl"));
+}
+
+TEST_CASE("rigid bodies that are fixed in a direction do not begin with a motion there") {
+  const auto with = [](const char* motion) {
+    return refusal("{" + round_body + R"(, "mass": 1, )" + motion + "}");
+  };
+  CHECK(says(with(R"("velocity": [1, 0], "fixed": ["x"])"),
+             "'velocity' along x is 1, but 'fixed' holds the body there"));
+  CHECK(says(with(R"("spin": 2, "fixed": ["spin"])"), "'spin' is not 0, but 'fixed' holds it"));
+  CHECK(with(R"("velocity": [0, 1], "spin": 2, "fixed": ["x"])") == "");
+  CHECK(with(R"("velocity": [1, 0], "spin": 0, "fixed": ["y", "spin"])") == "");
+}
+
+TEST_CASE("rigid bodies that go on as they moved are warned of where a stage says otherwise") {
+  const auto warned = [](const std::string& body) {
+    const auto stage = [&](std::size_t k) {
+      return scenario_of(
+          {.bodies = "{" + round_body + R"(, "mass": 10, "velocity": [0, 1]})",
+           .more = R"(, "stages": [{"name": "a"}, {"name": "b", "rigid_bodies": [{)" + round_body +
+                   body + "}]}]"},
+          k);
+    };
+    const auto found = changes_of_method(body_of(stage(0)), stage(1));
+    return found.empty() ? "" : found.front().message;
+  };
+  const std::string text =
+      "stage b: 'velocity' and 'spin' of the rigid body '0' have no effect: it is free, and goes "
+      "on as it moved in the stage before";
+  CHECK(warned(R"(, "mass": 10, "velocity": [0, 2])") == text);
+  CHECK(warned(R"(, "mass": 10, "velocity": [0, 1], "spin": 3)") == text);
+  CHECK(warned(R"(, "mass": 10, "velocity": [0, 1], "friction": 1)") == "");
+  CHECK(warned(R"(, "mass": 10)") == "");
+  CHECK(warned(R"(, "velocity": [0, 2])") == "");                             // prescribed
+  CHECK(warned(R"(, "name": "new", "mass": 10, "velocity": [0, 2])") == "");  // a new body
+}
+
+TEST_CASE("stages with another number of bodies in contact are refused where contact is") {
+  const auto stage = [](std::size_t k) {
+    const Parts parts{
+        .bodies = "",
+        .analysis = R"("mpm_scheme": "musl", "dt": 1e-4, "interface": true)",
+        .more = R"(, "stages": [{"name": "a"}, {"name": "b", "place": [{"generator":
+          {"type": "region", "per_cell": 2, "material": 1,
+           "region": {"box": {"min": [3, 3], "max": [3.5, 3.5]}}}}]}])",
+        .materials = R"(, {"type": "LinearElastic", "density": 1500, "youngs_modulus": 1e6,
+                           "poisson_ratio": 0.2})"};
+    return scenario_of(parts, k);
+  };
+  try {
+    check_body(body_of(stage(0)), stage(1));
+    FAIL("it is accepted");
+  } catch (const InputError& error) {
+    const Problem& problem = error.problems().front();
+    CHECK(problem.where == "/analysis/interface");
+    CHECK(
+        problem.message ==
+        "stage b: the number of bodies in contact, here 2 and before 1, is the same in all stages");
+  }
 }
 
 TEST_CASE("rigid bodies around an axis move along it: spins and free motion along x are refused") {

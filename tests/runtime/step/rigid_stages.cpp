@@ -139,6 +139,27 @@ TEST_CASE("a stage may hold, push, free and take away rigid bodies, and bring ot
   CHECK(row_of(third.history(), "disc").place[1] < row_of(held, "disc").place[1]);
 }
 
+TEST_CASE("a moving rigid body stops in the directions in which a stage fixes it") {
+  const std::string fixed = R"({"name": "disc", "region": {"sphere": {"centre": [1.7, 1.75],
+    "radius": 0.21}}, "density": 2000, "friction": 0.5, "fixed": ["x", "spin"]})";
+  const std::vector<std::string> bodies = {list({bed, wall, disc}),
+                                           list({bed, wall, fixed.c_str()})};
+  Simulation first(heap(bodies, 0, 10), serial());
+  first.run();
+  const StoredState state(first.state());
+  Simulation second(heap(bodies, 1, 10), serial(), {}, state_at_start(state.view(), false));
+  const auto before = row_of(first.history(), "disc"), start = row_of(second.history(), "disc");
+  CHECK(before.velocity[0] > 0.1);
+  CHECK(start.velocity[0] == 0);
+  CHECK(start.velocity[1] == before.velocity[1]);
+  CHECK(start.spin[2] == 0);
+  second.run();
+  const auto end = row_of(second.history(), "disc");
+  CHECK(end.place[0] == before.place[0]);
+  CHECK(end.place[1] < before.place[1]);
+  CHECK(end.rotation[2] == doctest::Approx(before.rotation[2]).epsilon(1e-12));
+}
+
 TEST_CASE("a rigid body that a stage brings is refused where there is material") {
   const std::string plate = R"({"name": "plate", "region": {"box": {"min": [1, 1.2],
                                 "max": [1.5, 2]}}})";
