@@ -200,7 +200,8 @@ const Section& maps_section() {
            .native = true},
           {.key = "threshold",
            .kinds = number,
-           .help = "thinner layers count as nothing; default a tenth of the height of a cell",
+           .help = "thinner layers count as nothing, in all maps; default a tenth of the height of "
+                   "a cell",
            .unit = "m",
            .min = 0,
            .native = true},

@@ -69,8 +69,9 @@ void add_to_maps(std::vector<double>& maps, const MapPlan& plan, double time,
   for (std::size_t k = 0; k < n; ++k) {
     const auto sums = added.subspan(MapSums::n_added * k).first<MapSums::n_added>();
     const double thickness = static_cast<double>(sums[0]) * metres;
-    map(MapKind::thickness)[k] = thickness;
-    if (!(thickness > plan.threshold)) continue;
+    const bool counts = thickness > plan.threshold;
+    map(MapKind::thickness)[k] = counts ? thickness : 0;
+    if (!counts) continue;
     double square = 0;
     for (std::size_t d = 0; d < 3; ++d) {
       const double v = static_cast<double>(sums[1 + d]) / static_cast<double>(sums[0]) * most_speed;

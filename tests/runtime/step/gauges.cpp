@@ -223,8 +223,9 @@ TEST_CASE("maps have the largest of what was over their cells in the rows") {
     return maps[static_cast<std::size_t>(kind) * cells + k];
   };
   for (std::size_t k = 0; k < cells; ++k) {
+    const double thickness = volume[k] / (plan.cell * plan.cell);
     CHECK(map(MapKind::thickness, k) ==
-          doctest::Approx(volume[k] / (plan.cell * plan.cell)).epsilon(1e-13));
+          doctest::Approx(thickness > plan.threshold ? thickness : 0).epsilon(1e-13));
     CHECK(map(MapKind::max_thickness, k) == doctest::Approx(most[k]).epsilon(1e-13));
     CHECK(map(MapKind::max_speed, k) == doctest::Approx(speed[k]).epsilon(1e-9));
     if (arrival[k] < 0)
@@ -233,6 +234,32 @@ TEST_CASE("maps have the largest of what was over their cells in the rows") {
       CHECK(map(MapKind::arrival_time, k) == arrival[k]);
   }
   CHECK(*std::max_element(arrival.begin(), arrival.end()) > 0);
+}
+
+TEST_CASE("layers thinner than the threshold are nothing in any map") {
+  MapPlan plan = gauged().output.measured.maps;
+  plan.threshold = 0.1;
+  std::vector<double> maps = empty_maps(plan);
+  const auto cells = static_cast<std::size_t>(plan.cells());
+  std::vector<Index> added(MapSums::n_added * cells, 0), least(cells, 0);
+  const double unit = 2 * plan.height / 0x1p60;  // [m]
+  const auto fill = [&](double first, double second) {
+    added[0] = static_cast<Index>(first / unit);
+    added[MapSums::n_added] = static_cast<Index>(second / unit);
+  };
+  const auto map = [&](MapKind kind, std::size_t k) {
+    return maps[static_cast<std::size_t>(kind) * cells + k];
+  };
+  fill(0.3, 0.09);
+  add_to_maps(maps, plan, 1, added, least);
+  CHECK(map(MapKind::thickness, 0) == doctest::Approx(0.3));
+  CHECK(map(MapKind::thickness, 1) == 0);
+  fill(0.09, 0.09);
+  add_to_maps(maps, plan, 2, added, least);
+  CHECK(map(MapKind::thickness, 0) == 0);
+  CHECK(map(MapKind::max_thickness, 0) == doctest::Approx(0.3));
+  CHECK(map(MapKind::max_thickness, 1) == 0);
+  CHECK(map(MapKind::thickness, 1) == 0);
 }
 
 TEST_CASE("rows of gauges and maps do not depend on how a run is executed") {
