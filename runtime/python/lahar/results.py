@@ -34,10 +34,10 @@ class Run:
         if self._is_run(self.folder):
             return
         begun = _stages_in(self.folder)
+        inputs = [path / "scenario.json" for path in begun if (path / "scenario.json").is_file()]
         scenario: dict[str, Any] = {}
-        if begun:
-            text = (begun[-1] / "scenario.json").read_text(encoding="utf-8")
-            scenario = json.loads(_engine.parse(text, "scenario.json"))
+        if inputs:
+            scenario = json.loads(_engine.parse(inputs[-1].read_text(encoding="utf-8"), "scenario.json"))
         if "stages" not in scenario:
             raise FileNotFoundError(f"{self.folder} is not the folder of a run: it has no manifest.json")
         self._planned = [stage["name"] for stage in scenario["stages"]]
