@@ -126,7 +126,8 @@ class ScenarioBuilder {
   void build_materials();
   void build_functions();
   void read_function(const JsonValue& object, MathFunction& f);
-  int find_material(const JsonValue& object);  ///< index; -1 = reported
+  /// Index; -1 = reported. `assigned`: particles get it; else it is only named.
+  int find_material(const JsonValue& object, bool assigned = true);
   int find_function(const JsonValue& object);  ///< index; -1 = none
   // scenario_two_phase.cpp
   void saturate(int skeleton, int liquid, const JsonValue& at);

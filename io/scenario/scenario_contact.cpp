@@ -76,7 +76,7 @@ void ScenarioBuilder<Dim>::add_body(const JsonValue& body, int number) {
     return in_.error(body, "a body needs either 'material' or 'pset'",
                      "material: all particles of that material; pset: the particles of a set");
   if (of_material) {
-    if (const int m = find_material(body); m >= 0)
+    if (const int m = find_material(body, false); m >= 0)
       model_.materials[static_cast<std::size_t>(m)].body = number;
     return;
   }

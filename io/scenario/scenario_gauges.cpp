@@ -102,7 +102,7 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
         gauge.direction = in_space<Dim>(along->normalized());
     }
   if (entry.find("material"))
-    if (const int material = find_material(entry); material >= 0)
+    if (const int material = find_material(entry, false); material >= 0)
       gauge.material = static_cast<int>(model_.materials[static_cast<std::size_t>(material)].id);
   gauge.fields = get_texts(entry, "fields");
   if (const JsonValue* fields = entry.find("fields")) check_fields(*fields);

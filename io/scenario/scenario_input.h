@@ -39,6 +39,7 @@ struct ScenarioInput {
   /// Of this stage and those before: generators at the end of `particles`, and new materials.
   std::size_t placed = 0;
   std::vector<JsonValue> given_materials = {};
+  bool assigns_later = false;  ///< stages after this one place particles, or change materials
   std::function<void(const std::string& folder)> planned = {};  ///< called early, if set
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {

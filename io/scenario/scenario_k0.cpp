@@ -78,7 +78,8 @@ std::vector<double> ScenarioBuilder<Dim>::k0_of_materials(const JsonValue& given
     if (m < used.size()) used[m] = 1;  // others are not known, which has been reported
   std::vector<const JsonValue*> says(used.size(), &given);
   for (const JsonValue* entry : get_list(given, "materials"))
-    if (const int m = find_material(*entry); m >= 0) says[static_cast<std::size_t>(m)] = entry;
+    if (const int m = find_material(*entry, false); m >= 0)
+      says[static_cast<std::size_t>(m)] = entry;
   std::vector<double> all(used.size(), 1.0);
   for (std::size_t m = 0; m < used.size(); ++m)
     if (team_.max(used[m]) > 0) all[m] = k0_of(model_.materials[m], *says[m]);

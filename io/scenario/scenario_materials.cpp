@@ -92,7 +92,7 @@ void ScenarioBuilder<Dim>::build_materials() {
 }
 
 template <int Dim>
-int ScenarioBuilder<Dim>::find_material(const JsonValue& object) {
+int ScenarioBuilder<Dim>::find_material(const JsonValue& object, bool assigned) {
   const JsonValue* value = in_.either(object, "material_id", "material");
   if (!value) {
     const auto& members = object.as<JsonValue::Object>();
@@ -109,7 +109,7 @@ int ScenarioBuilder<Dim>::find_material(const JsonValue& object) {
   };
   const auto one = [&](const JsonValue& wanted) {
     const int found = find(wanted);
-    if (found >= 0) single_.push_back({found, &wanted});
+    if (found >= 0 && assigned) single_.push_back({found, &wanted});
     return found;
   };
   if (!value->is<JsonValue::Array>()) return one(*value);

@@ -127,10 +127,11 @@ void ScenarioBuilder<Dim>::check_phases() {
                             model_.materials[static_cast<std::size_t>(skeleton)].name),
                 "give the dry one an entry of its own in materials");
   const auto entries = get_list(root_, "materials");
+  const bool later = a.two_phase && in_.assigns_later;  // another stage may use it with the liquid
   for (std::size_t m = 0; m < entries.size(); ++m)
     for (const char* key : {"porosity", "k_x"})
-      if (const JsonValue* at = entries[m]->find(key);  // another stage may have water
-          at && in_.stage.empty() && !liquids_.count(static_cast<int>(m)))
+      if (const JsonValue* at = entries[m]->find(key);
+          at && in_.stage.empty() && !later && !liquids_.count(static_cast<int>(m)))
         in_.warning(*at, fmt::format("'{}' has no effect without a liquid in the pores", key));
   if (!a.two_phase) return;
   if (!wanted && !is_projection(a))

@@ -215,6 +215,9 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
   }
   if (const JsonValue* now = in.document.root.find("materials"))
     check_materials(materials, *now, in);
+  const auto& all = stages.as<JsonValue::Array>();
+  for (std::size_t k = stage + 1; k < all.size(); ++k)
+    in.assigns_later |= all[k].find("place") || all[k].find("change_material");
   if (stage > 0) in.stage = names[stage];
   return names;
 }

@@ -15,15 +15,16 @@ namespace {
 struct Parts {
   std::string analysis = R"("mpm_scheme": "projection", "dt": 0.01, "nsteps": 10)";
   std::string generator = R"("type": "region", "per_cell": 2, "material": "water")";
-  std::string conditions = "";
+  std::string conditions = "", mesh = "", more = "";
 };
 
 constexpr const char* saturated = R"("type": "region", "per_cell": 2,
   "material": ["soil", "water"])";
 
 Scenario scenario_of(const Parts& parts, const ScenarioOptions& options = {}) {
-  const std::string text = fmt::format(R"({{
-    "mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 2]}},
+  const std::string text =
+      fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 2]}}{},
       "boundary_conditions": {{{}}}}},
     "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
     "materials": [
@@ -33,8 +34,8 @@ Scenario scenario_of(const Parts& parts, const ScenarioOptions& options = {}) {
        "dynamic_viscosity": 1e-3}}],
     "particles": [{{"generator": {{{}}}}}],
     "external_loading_conditions": {{"gravity": [0, -10]}},
-    "analysis": {{{}}}}})",
-                                       parts.conditions, parts.generator, parts.analysis);
+    "analysis": {{{}}}{}}})",
+                  parts.mesh, parts.conditions, parts.generator, parts.analysis, parts.more);
   return read_scenario_text(text, "", options);
 }
 
@@ -104,6 +105,14 @@ TEST_CASE("what does not go together with a projection is refused") {
              "'dt' is missing in analysis"));
   CHECK(says(refusal({.analysis = R"("type": "MPMSemiImplicitTwoPhase2D", "dt": 1, "nsteps": 1)"}),
              "no particles have a liquid in their pores"));
+}
+
+TEST_CASE("a material that is only named needs no liquid beside it in a projection") {
+  CHECK(
+      refusal({.generator = saturated, .mesh = R"(, "particles_stresses": {"type": "k0", "k0": 0.4,
+                   "materials": [{"material": "soil", "k0": 0.5}]})"}) == "");
+  CHECK(refusal({.generator = saturated, .more = R"(, "post_processing": {"gauges": [
+                   {"name": "all", "type": "particles", "material": "soil"}]})"}) == "");
 }
 
 TEST_CASE("beta of soil and water below 1 is warned of") {

@@ -189,6 +189,10 @@ TEST_CASE("materials of sets and of stages may have the liquid in their pores") 
   CHECK_THROWS_WITH_AS(read_scenario_text(scenario("", "\"silt\""), "", second),
                        doctest::Contains("this material has no liquid in its pores"), InputError);
 
+  // The first stage knows that a later one uses it.
+  CHECK(warnings_of(read_scenario_text(scenario("", R"(["silt", "water"])"), ""))
+            .find("has no effect") == std::string::npos);
+
   const std::string sets = R"(, "material_sets": [{"pset": "low", "material": ["silt", "water"]}])";
   const Scenario layered = read_scenario_text(scenario(sets, R"(["sand", "water"])"), "");
   const auto& particles = std::get<Model<2>>(layered.model).particles;
