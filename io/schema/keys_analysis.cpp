@@ -624,8 +624,9 @@ const Section& analysis_section() {
            .support = Support::planned},
           {.key = "pore_pressure_smoothing",
            .kinds = boolean,
-           .help = "particles take the mean of pore pressures at nodes in every step; default "
-                   "false"},
+           .help =
+               "particles take the mean of pore pressures at nodes in every step; drains inside "
+               "of the soil need it in explicit steps; default false"},
           {.key = "gravity",
            .kinds = numbers,
            .help = "write external_loading_conditions.gravity. Another gravity here is an error",

@@ -99,7 +99,9 @@ const Section& wall_section() {
       .help =
           "A rigid wall at rest through a set of nodes. It pushes and does not pull: material may "
           "leave it, and slides on it with Coulomb friction. A node may lie on several walls along "
-          "different axes. Use velocity constraints for symmetry planes and fixed ends.",
+          "different axes. Inside of the mesh take all nodes behind the wall as well: smooth shape "
+          "functions reach past a single row. Use velocity constraints for symmetry planes and "
+          "fixed ends.",
       .keys = wall_keys()};
   return section;
 }
