@@ -27,6 +27,11 @@ void ScenarioBuilder<Dim>::check_until() {
   if (model_.gravity.isZero() && model_.tractions.empty() && !nodal && in_.problems.empty())
     in_.error(*given, "'until' measures unbalanced forces by the loads, and there are none",
               "gravity, tractions or forces at nodes; or end the run by end_time");
+  if (a.two_phase)
+    in_.warning(*given,
+                "the test of equilibrium does not see that pore pressures still change: drag "
+                "balances forces, so the run may end in the middle of consolidation",
+                "end the run by end_time, and look whether pore pressures still change then");
 }
 
 }  // namespace lahar

@@ -129,6 +129,16 @@ TEST_CASE(
              "nothing loads the ground: a surcharge is a stress alone"));
 }
 
+TEST_CASE("two phases: an end at rest is warned of, which does not see consolidation") {
+  const auto warns = [](const std::string& analysis) {
+    return says(warnings_of(read_scenario_text(text_of({.analysis = analysis}), "")),
+                "the test of equilibrium does not see that pore pressures still change: drag "
+                "balances forces, so the run may end in the middle of consolidation");
+  };
+  CHECK(warns(R"("end_time": 1, "until": {"imbalance": 1e-3})"));
+  CHECK_FALSE(warns(R"("end_time": 1)"));
+}
+
 TEST_CASE("two phases: a value out of bounds is not missing") {
   try {
     read_scenario_text(text_of({.soil = R"("porosity": 40, "k_x": 1e-3)"}), "");
