@@ -261,6 +261,7 @@ double ScenarioBuilder<Dim>::speed_of(const Material& material) const {
 // Rates are those of bodies.
 template <int Dim>
 void ScenarioBuilder<Dim>::build_transfer_rates() {
+  const bool relaxes = relaxation_.value_or(0) > 0;  // as it is written
   build_default_transfer();
   Analysis& a = model_.analysis;
   if (a.transfer.separation > 0.0 && any_granular())
@@ -277,6 +278,16 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
     double& c = slowest[static_cast<std::size_t>(material.body)];
     c = std::min(c, speed_of(material));
   }
+  const bool still = std::all_of(slowest.begin(), slowest.end(), [](double c) { return c == 0.0; });
+  if (const JsonValue* settings = section("analysis").find("velocity_update_settings");
+      relaxes && still && is_projection(a)) {
+    const JsonValue* at = settings->find("relaxation");
+    if (!at) at = settings->find("blending_ratio");
+    in_.warning(at ? *at : *settings,
+                "this has no effect: relaxation goes with the speed of waves, and in a projection "
+                "without gravity there are none",
+                "give \"relaxation_time\" [s] in its place");
+  }
   const double per_rate = smoothing(a.functions, info(mesh_->element()).order) * h * h;  // [m^2]
   if (a.transfer.order == 1 && a.affine == Affine::none) a.transfer.smoothing = per_rate;
   a.transfer.viscosity = viscosity_.value_or(0);
@@ -286,6 +297,7 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
   a.transfer.per_viscosity = 1.0 / per_rate;
   for (const double c : slowest)
     a.transfer.rates.push_back(relaxation_time_ ? 1.0 / *relaxation_time_
+                               : still          ? least
                                                 : std::max(relaxation_.value_or(0) * c / h, least));
   constexpr double too_much = 0.2;  // of a liquid's own viscosity
   const double added = a.transfer.smoothing * a.transfer.rates.front(),

@@ -190,7 +190,9 @@ const Section& blending_section() {
            .help =
                "decay rate of the part, times the time h / c in which a wave crosses a cell: after "
                "that time exp(-relaxation) of the noise is left. h: cell size (mean size for a "
-               "mesh from a file); c: lowest wave speed of the body's materials. 0 = FLIP",
+               "mesh from a file); c: lowest wave speed of the body's materials, of a projection "
+               "without "
+               "gravity 0. 0 = FLIP",
            .unit = "-",
            .min = 0,
            .native = true},

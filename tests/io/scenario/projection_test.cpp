@@ -139,6 +139,23 @@ TEST_CASE("fluids keep no pressure, but with --as-cbgeo") {
   CHECK(std::get<Model<2>>(reference.model).analysis.projection.kept == 1.0);
 }
 
+TEST_CASE("relaxation in a projection without gravity has no effect, which is said") {
+  const auto said = [](const std::string& settings, const char* gravity) {
+    ScenarioOptions options;
+    options.overrides = {fmt::format("external_loading_conditions.gravity={}", gravity)};
+    return warnings_of(
+        scenario_of(with(R"("velocity_update_settings": {)" + settings + "}"), options));
+  };
+  const std::string text =
+      "this has no effect: relaxation goes with the speed of waves, and in a projection without "
+      "gravity there are none";
+  CHECK(says(said(R"("relaxation": 0.05)", "[0,0]"), text));
+  CHECK(says(said(R"("blending_ratio": 0.9)", "[0,0]"), text));
+  CHECK_FALSE(says(said(R"("relaxation": 0.05)", "[0,-10]"), text));
+  CHECK_FALSE(says(said(R"("relaxation": 0)", "[0,0]"), text));
+  CHECK_FALSE(says(said(R"("relaxation_time": 0.1)", "[0,0]"), text));
+}
+
 TEST_CASE("a beta above 0.5 is for projections alone") {
   CHECK(says(refusal({.analysis = R"("mpm_scheme": "newmark", "dt": 0.01, "nsteps": 10,
                       "scheme_settings": {"beta": 0.7})",
