@@ -225,6 +225,7 @@ void ScenarioBuilder<Dim>::warn_of_stiff_materials() {
 // Stresses and pressures at the beginning that only a load on the ground keeps.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_missing_loads() {
+  if (prescribes_pressure()) return;  // of water that stands on the ground
   const auto& tractions = model_.tractions;
   const JsonValue* stresses = section("mesh").find("particles_stresses");
   const JsonValue* surcharge =

@@ -156,6 +156,22 @@ TEST_CASE("relaxation in a projection without gravity has no effect, which is sa
   CHECK_FALSE(says(said(R"("relaxation_time": 0.1)", "[0,0]"), text));
 }
 
+TEST_CASE("a pressure that is prescribed at nodes loads the ground") {
+  const auto said = [](const std::string& pressure) {
+    Parts parts = with(R"("scheme_settings": {"beta": 0})");
+    parts.generator = saturated;
+    parts.conditions = fmt::format(
+        R"("pressure_constraints": [{{"phase_id": 1, "nset": "base", "pressure": {}}}])", pressure);
+    parts.mesh = R"(, "particles_stresses": {"type": "k0", "k0": 0.5, "surcharge": 2e4},
+      "particles_pore_pressures": {"type": "water_table",
+        "water_tables": [{"position": 0, "h0": 4}]})";
+    return warnings_of(scenario_of(parts));
+  };
+  CHECK_FALSE(says(said("2e4"), "nothing loads"));
+  CHECK(says(said("0"), "nothing loads the ground: a surcharge is a stress alone"));
+  CHECK(says(said("0"), "the water table is above the ground, where nothing loads it"));
+}
+
 TEST_CASE("a beta above 0.5 is for projections alone") {
   CHECK(says(refusal({.analysis = R"("mpm_scheme": "newmark", "dt": 0.01, "nsteps": 10,
                       "scheme_settings": {"beta": 0.7})",
