@@ -26,14 +26,22 @@ std::optional<bool> type_has_two_phases(const JsonValue& analysis) {
 // Values that look as if they were in another unit. Entries of materials: the skeleton, the liquid.
 void doubt_units(ScenarioInput& in, const JsonValue& entry, const JsonValue& fluid,
                  const Material& solid) {
-  constexpr double most_conductivity = 1.0;  // [m/s] that of coarse gravel
-  constexpr double least_stiffness = 0.1;    // [-] of the water against the skeleton
+  constexpr double most_conductivity = 1.0;     // [m/s] that of coarse gravel
+  constexpr double least_stiffness = 0.1;       // [-] of the water against the skeleton
+  constexpr double least_conductivity = 1e-11;  // [m/s] that of clay
   const bool intrinsic = get_bool(entry, "intrinsic_permeability").value_or(false);
-  for (const char* key : conductivity_keys)
-    if (const auto k = get_number(entry, key); !intrinsic && k && *k > most_conductivity)
+  for (const char* key : conductivity_keys) {
+    const auto k = get_number(entry, key);
+    if (intrinsic || !k) continue;
+    if (*k > most_conductivity)
       in.warning(*entry.find(key),
                  fmt::format("'{}' is {:.3g} m/s: even coarse gravel has less", key, *k),
                  fmt::format("is it in m/day? {:.3g} m/day are {:.3g} m/s", *k, *k / 86400));
+    if (*k < least_conductivity)
+      in.warning(*entry.find(key), fmt::format("'{}' is {:.3g} m/s: even clay has more", key, *k),
+                 "it is a conductivity [m/s]. Is it a permeability in m^2? Then write "
+                 "\"intrinsic_permeability\": true");
+  }
   const PoreLiquid& pores = *solid.liquid;
   const double water = pores.bulk_modulus / pores.porosity, skeleton = wave_modulus(solid.law);
   if (water < least_stiffness * skeleton)

@@ -101,6 +101,10 @@ TEST_CASE("two phases: values that look like those of other units are doubted") 
   };
   adds({.soil = R"("porosity": 0.4, "k_x": 86.4)"},
        "'k_x' is 86.4 m/s: even coarse gravel has less");
+  adds({.soil = R"("porosity": 0.4, "k_x": 1e-12)"}, "'k_x' is 1e-12 m/s: even clay has more");
+  CHECK(doubts({.soil = R"("porosity": 0.4, "k_x": 1e-12, "intrinsic_permeability": true)"}) ==
+        none);
+  CHECK(doubts({.soil = R"("porosity": 0.4, "k_x": 1e-11)"}) == none);
   adds({.bulk_modulus = "2.2"},
        "the liquid is softer than the skeleton 'soil': bulk_modulus / porosity = 5.5 Pa against "
        "1.11e+07 Pa");
