@@ -95,6 +95,7 @@ std::vector<Index> ScenarioBuilder<Dim>::rows_in_material(const std::vector<Inde
 // behind the row are not zero in front of it.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_thin_supports() {
+  constexpr double least = 0.02;  // of the nodes of an entry; less are the tips of terrain
   const ShapeFunctions functions = model_.analysis.functions;
   if (in_.cbgeo_defaults || !mesh_->is_structured() || !mesh_->is_multilinear() ||
       (functions != ShapeFunctions::quadratic_spline && functions != ShapeFunctions::cubic_spline))
@@ -133,8 +134,9 @@ void ScenarioBuilder<Dim>::warn_of_thin_supports() {
       ++count;
     }
     count = team_.sum(count);
+    const auto all = static_cast<double>(team_.sum(static_cast<Index>(nodes.size())));
     const auto ends = team_.most({-low, high});
-    if (count == 0) return;
+    if (count == 0 || static_cast<double>(count) < least * all) return;
     const std::string to = -ends[0] < ends[1] ? fmt::format(" to {:g}", ends[1]) : "";
     in_.warning(entry,
                 fmt::format("{} nodes, at {} = {:g}{}, do not hold material along {}: they are one "

@@ -92,6 +92,30 @@ TEST_CASE("a row of nodes inside of the mesh does not hold material with smooth 
   CHECK(says(wall, "[/mesh/boundary_conditions/walls/1]"));
 }
 
+TEST_CASE("single rows of nodes are found along each axis in space, tips of terrain are none") {
+  const auto said = [](const char* row) {
+    const Scenario s = read_scenario_text(
+        fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 1, "counts": [12, 3, 6]}},
+        "boundary_conditions": {{
+          "velocity_constraints": [{{"nset": "row", "dir": "z", "velocity": 0}}]}}}},
+      "sets": {{"nodes": {{"row": {}}}}},
+      "materials": [{{"density": 2000, "type": "LinearElastic", "youngs_modulus": 1e7,
+                      "poisson_ratio": 0.3}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 1, "material": 0}}}}],
+      "external_loading_conditions": {{"gravity": [0, 0, -9.81]}},
+      "analysis": {{"nsteps": 1}}}})",
+                    row),
+        "");
+    return format_problems(s.warnings, "warning");
+  };
+  CHECK(says(said(R"({"box": {"min": [0, 0, 2], "max": [12, 3, 2]}})"),
+             "52 nodes, at z = 2, do not hold material along z"));
+  // One node of 157 stands alone.
+  CHECK_FALSE(says(said(R"({"union": [{"box": {"min": [0, 0, 0], "max": [12, 3, 2]}},
+                                      {"box": {"min": [3, 1, 4], "max": [3, 1, 4]}}]})"),
+                   "do not hold"));
+}
+
 TEST_CASE("supports that hold are not warned of as single rows") {
   const auto warns = [](const Held& c) { return says(said_of(c), "do not hold material"); };
   CHECK_FALSE(warns({.conditions = holding("row", "y")}));  // each holds the next along y

@@ -259,6 +259,19 @@ TEST_CASE("shares of several generators are together what one process makes") {
   CHECK(std::get<Model<2>>(whole.model).tractions[1].particles.size() == 1200);
 }
 
+TEST_CASE("members of a team find the same single rows of nodes") {
+  const Folder folder;
+  folder.write("case.json", scenario("", R"(
+    {"generator": {"type": "region", "per_cell": 2, "material": "soft", "pset_id": 4,
+                   "region": {"box": {"min": [0, 0], "max": [2, 3]}}}})"));
+  const Scenario whole = check_shares(
+      folder.path / "case.json",
+      {R"(sets.nodes={"row":{"box":{"min":[2,0],"max":[2,3]}}})",
+       R"(mesh.boundary_conditions.velocity_constraints=[{"nset":"row","dir":"x","velocity":0}])"});
+  CHECK(format_problems(whole.warnings).find("31 nodes, at x = 2, do not hold") !=
+        std::string::npos);
+}
+
 TEST_CASE("a team may be larger than the number of particles") {
   const Folder folder;
   folder.write("particles.txt", "2\n0.1 0.1\n0.1 0.1");
