@@ -184,9 +184,8 @@ void RigidMotion<Dim>::take_over(const std::vector<RigidBodyState>& bodies,
     body.turned = at.axes;
     taken_.back() = {before->force, before->torque};
     if (body.motion != RigidBody<Dim>::Motion::free) continue;
-    const Vec<Dim> free = Vec<Dim>::Ones() - body.held;  // what is fixed now stops
-    body.velocity = at.velocity.cwiseProduct(free);
-    body.spin = at.spin.cwiseProduct(Vec<3>(Vec<3>::Ones() - body.held_spin));
+    body.velocity = at.velocity;
+    body.spin = at.spin;
   }
 }
 
