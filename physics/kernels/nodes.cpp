@@ -479,12 +479,16 @@ class Integrator {
     for (std::size_t d = 0; d < Dim; ++d)
       if (wall.accelerated[d])
         wall.acceleration[d] *= load_factor(*step_.model, wall.function[d], step_.time);
+    double together = 1.0;
     if (two_phase_) {
       const Eigen::Map<const Vec<Dim>> v(velocity), a(acceleration);
-      lift_by_pore_pressure<Dim>(patch_, step_, gravity_, v + step_.dt * a, wall);
+      together = meet_wall_with_liquid<Dim>(patch_, step_, gravity_, v + step_.dt * a, wall);
     }
-    return lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo, velocity,
-                                  acceleration, push);
+    WallWork work = lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo, velocity,
+                                           acceleration, push);
+    work.taken += (together - 1.0) * work.friction;
+    work.friction *= together;
+    return work;
   }
 
   double mean_move(Local i, int d) const {

@@ -1,6 +1,7 @@
 // Nodes of a liquid in pores. Every copy of a node runs this very code, so that all are equal to
 // the last bit.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -169,29 +170,46 @@ NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& ste
 }
 
 template <int Dim>
-void lift_by_pore_pressure(const Patch<Dim>& patch, const StepContext<Dim>& step,
-                           const NodeVector& gravity, const Vec<Dim>& after,
-                           ConstrainedNode<Dim>& wall) {
-  if (patch.liquid.porosity.empty()) return;
-  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, wall.node));
-  const double m_l = v_l[mass_lane], m = at(patch.velocity, wall.node)[mass_lane];
-  const double n = patch.liquid.porosity[static_cast<std::size_t>(wall.node)];
-  if (!more_than(m_l, patch.least_mass) || !more_than(m, patch.least_mass)) return;
-  const NodeVector liquid =
-      v_l + step.dt / m_l * (load<NodeVector>(at(patch.liquid.force, wall.node)) + m_l * gravity);
-  constexpr double aligned = 0.999;
-  for_entries(patch.fixed_liquid, wall.node, [&](const auto& fixed) {
-    for (int k = 0; k < Dim; ++k) {
-      const auto axis = static_cast<std::size_t>(k);
-      if (wall.pushes[axis] == 0 || std::abs(wall.axes(fixed.dir, k)) < aligned) continue;
-      const double sign = wall.axes(fixed.dir, k) > 0 ? 1.0 : -1.0;
-      const double into = (sign * after[fixed.dir] - wall.velocity[axis]) * wall.pushes[axis];
-      const double of_liquid = (sign * (liquid[fixed.dir] - fixed.velocity)) * wall.pushes[axis];
-      if (!(into > 0)) continue;
-      const double lift = (1.0 - n) / n * m_l / m * of_liquid;
-      wall.rubs[axis] *= std::clamp(1.0 - lift / into, 0.0, 1.0);
-    }
+double meet_wall_with_liquid(const Patch<Dim>& patch, const StepContext<Dim>& step,
+                             const NodeVector& gravity, const Vec<Dim>& after,
+                             ConstrainedNode<Dim>& wall) {
+  const Local i = wall.node;
+  if (patch.liquid.porosity.empty() || !find_node(patch.fixed_liquid, i)) return 1.0;
+  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, i));
+  const auto f_l = load<NodeVector>(at(patch.liquid.force, i));
+  const double m_l = v_l[mass_lane], m = at(patch.velocity, i)[mass_lane];
+  const double n = patch.liquid.porosity[static_cast<std::size_t>(i)];
+  if (!more_than(m_l, patch.least_mass) || !more_than(m, patch.least_mass)) return 1.0;
+  const NodeVector liquid = v_l + step.dt / m_l * (f_l + m_l * gravity);
+  std::array<double, Dim> held, per_liquid;  // velocity [m/s], 1/m_l or 0 [1/kg]
+  per_liquid.fill(1.0 / m_l);
+  for_entries(patch.fixed_liquid, i, [&](const auto& fixed) {
+    held[static_cast<std::size_t>(fixed.dir)] = fixed.velocity;
+    per_liquid[static_cast<std::size_t>(fixed.dir)] = 0;
   });
+  constexpr double aligned = 0.999;
+  double most = 1;
+  for (int k = 0; k < Dim; ++k)
+    for (int d = 0; d < Dim; ++d) {
+      const auto axis = static_cast<std::size_t>(k), normal = static_cast<std::size_t>(d);
+      if (wall.pushes[axis] == 0 || per_liquid[normal] > 0) continue;
+      if (std::abs(wall.axes(d, k)) < aligned) continue;
+      const double sign = wall.axes(d, k) > 0 ? 1.0 : -1.0;
+      const double into = (sign * after[d] - wall.velocity[axis]) * wall.pushes[axis];
+      if (!(into > 0)) continue;
+      const double of_liquid = sign * (liquid[d] - held[normal]) * wall.pushes[axis];
+      const double lift = (1.0 - n) / n * m_l / m * of_liquid;
+      double together = 1;  // what friction moves, over m
+      for (int t = 0; t < Dim; ++t) {
+        const double Q = step.dt * at(patch.liquid.drag, i)[t];
+        if (t == d || step.model->analysis.explicit_drag) continue;
+        together =
+            std::max(together, 1.0 + Q / m / (1.0 + Q * per_liquid[static_cast<std::size_t>(t)]));
+      }
+      wall.rubs[axis] *= std::clamp(1.0 - lift / into, 0.0, 1.0) / together;
+      most = std::max(most, together);
+    }
+  return most;
 }
 
 template <int Dim>
@@ -244,8 +262,14 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
       // weight, and what drag and damping left of the forces.
       const double other = dt * (fixed.velocity - (v - 0.5 * dt * a));
       const double g_d = g[fixed.dir], f = at(patch.liquid.force, fixed.node)[fixed.dir];
-      work.external += own * (fixed.velocity - v) * fixed.velocity + own * g_d * other;
-      work.damping += own / m * (f + m * (g_d - a)) * other;
+      // The drag is that of the velocity which is held, not of v.
+      const double Q =
+          analysis.explicit_drag ? 0.0 : dt * at(patch.liquid.drag, fixed.node)[fixed.dir];
+      const double v_s = at(patch.velocity, fixed.node)[fixed.dir] -
+                         0.5 * dt * at(patch.acceleration, fixed.node)[fixed.dir];
+      const double held = (fixed.velocity - v) / m;
+      work.external += own * ((m + Q) * held * fixed.velocity + g_d * other);
+      work.damping += own * ((f / m + g_d - a) * other + Q * held * (fixed.velocity - v_s));
     }
     v = fixed.velocity;
     a = 0.0;
@@ -299,9 +323,9 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
                                             const NodeVector&, const NodeVector&,              \
                                             const NodeVector&);                                \
   template void integrate_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);                   \
-  template void lift_by_pore_pressure<Dim>(const Patch<Dim>&, const StepContext<Dim>&,         \
-                                           const NodeVector&, const Vec<Dim>&,                 \
-                                           ConstrainedNode<Dim>&);                             \
+  template double meet_wall_with_liquid<Dim>(const Patch<Dim>&, const StepContext<Dim>&,       \
+                                             const NodeVector&, const Vec<Dim>&,               \
+                                             ConstrainedNode<Dim>&);                           \
   template void liquid_discharge<Dim>(Patch<Dim>&);                                            \
   template void nodal_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);
 LAHAR_INSTANTIATE(2)
