@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace lahar {
 
@@ -33,6 +34,20 @@ Vec<Dim> place(const Vec<Dim>& low, const Vec<Dim>& h, const std::array<int, 3>&
   Vec<Dim> x;
   for (int d = 0; d < Dim; ++d) x[d] = low[d] + (at[static_cast<std::size_t>(d)] + shift) * h[d];
   return x;
+}
+
+/// The surface near x. Beside edges of intersections the nearest plane leads off the solid: its
+/// point is then outside of another one.
+template <int Dim>
+std::optional<Vec<Dim>> on_surface(const Solid<Dim>& solid, Vec<Dim> x, double h) {
+  constexpr int most_planes = 20;
+  constexpr double exact = 1e-6;  // of the distance h of points
+  for (int k = 0; k < most_planes; ++k) {
+    const auto near = solid.nearest(x);
+    if (k > 0 && std::abs(near.distance) <= exact * h) return x;
+    x -= near.distance * near.normal;
+  }
+  return {};
 }
 
 }  // namespace
@@ -80,8 +95,8 @@ std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts) {
     n[static_cast<std::size_t>(d)] = static_cast<int>(std::ceil((high - low)[d] / h)) + 1;
   for_numbers(n, [&, low = low](const std::array<int, 3>& at) {
     const Vec<Dim> x = place<Dim>(low, Vec<Dim>::Constant(h), at, 0);
-    const auto near = solid.nearest(x);
-    if (std::abs(near.distance) <= 0.5 * h) points.push_back(x - near.distance * near.normal);
+    if (std::abs(solid.nearest(x).distance) > 0.5 * h) return;
+    if (const auto point = on_surface<Dim>(solid, x, h)) points.push_back(*point);
   });
   return points;
 }

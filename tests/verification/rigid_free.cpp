@@ -151,6 +151,15 @@ TEST_CASE("rigid bodies: cubes, plates and rods that touch a plane stay, and so 
       CHECK((vector(end.place) - middle).norm() < 0.005);
       CHECK(vector(end.rotation).norm() < 0.005);
     }
+    // An intersection: its corners are not those of a box.
+    const RigidBodyRow prism =
+        after(1,
+              on_plane(R"("polygon": {"points": [[1, 2], [1.4, 2], [1.2, 2.6], [1, 2.6]],
+                             "axis": "y", "range": [1, 2]})",
+                       0.5, R"("velocity": [0, 0, 0])"),
+              down, dt);
+    CHECK(std::abs(prism.velocity[0]) + std::abs(prism.velocity[2]) < 0.002);
+    CHECK(prism.place[2] < 1.2);
     std::string stack = on_plane(box_at({2, 1, 1}, {3, 2, 2}).c_str(), 0.5, R"("mass": 1000)");
     stack.replace(stack.find(R"("density": 1000, )"), 17, "");
     for (const int k : {1, 2})

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "physics/geometry/solid_samples.h"
 #include "tests/physics/geometry/solid_samples.h"
 
 using namespace lahar;
@@ -159,4 +161,22 @@ TEST_CASE("what is said to be beyond a distance from terrain is so, gentle or st
     }
     CHECK(beyond > 20);
   }
+}
+
+// A turned box of six half-spaces: beside its edges the distance is one to a plane.
+TEST_CASE("points of a surface lie on it, at the edges of an intersection, too") {
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.4, Vec<3>(1, 2, 3).normalized()).matrix();
+  const Vec<3> half(1, 0.2, 0.3);
+  std::vector<SolidPtr<3>> sides;
+  for (int d = 0; d < 3; ++d)
+    for (const double side : {-1.0, 1.0}) {
+      const Vec<3> out = side * turn.col(d);
+      sides.push_back(half_space<3>(half[d] * out, out));
+    }
+  const auto all = surface_points<3>(*common<3>(sides), 20);
+  CHECK(all.size() > 100);
+  double worst = 0;
+  for (const Vec<3>& x : all)
+    worst = std::max(worst, ((turn.transpose() * x).cwiseAbs() - half).maxCoeff());
+  CHECK(worst < 1e-9);
 }
