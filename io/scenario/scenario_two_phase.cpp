@@ -146,6 +146,26 @@ void ScenarioBuilder<Dim>::check_phases() {
     set(*root_.find("analysis"), "type", fmt::format("MPMExplicitTwoPhase{}D", Dim));
   a.explicit_drag = in_.as_cbgeo;
   a.pore_pressure_smoothing = get_bool(analysis, "pore_pressure_smoothing").value_or(false);
+  if (!in_.cbgeo_defaults && !has_nodal_porosity(a)) warn_of_porosities();
+}
+
+// Without porosities of nodes n p is in balance where layers meet, in place of p.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_porosities() {
+  constexpr double noticed = 0.02;
+  double least = 1, most = 0;
+  for (const Material& material : model_.materials) {
+    if (!material.liquid) continue;
+    least = std::min(least, material.liquid->porosity);
+    most = std::max(most, material.liquid->porosity);
+  }
+  if (most - least <= noticed) return;
+  const JsonValue* scheme = section("analysis").find("mpm_scheme");
+  in_.warning(scheme ? *scheme : section("analysis"),
+              fmt::format("layers of the porosities {:g} and {:g} are not at rest with this "
+                          "'mpm_scheme': pore pressures are wrong where they meet",
+                          least, most),
+              "take \"musl\", or one porosity");
 }
 
 template <int Dim>

@@ -143,6 +143,34 @@ TEST_CASE("two phases: an end at rest is warned of, which does not see consolida
   CHECK_FALSE(warns(R"("end_time": 1)"));
 }
 
+TEST_CASE("layers of different porosity are warned of where they would not be at rest") {
+  const auto warns = [](const std::string& scheme, double porosity) {
+    const std::string text = fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 2]}}}},
+      "materials": [
+        {{"name": "a", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
+         "poisson_ratio": 0.2, "porosity": 0.3, "k_x": 1e-3}},
+        {{"name": "b", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
+         "poisson_ratio": 0.2, "porosity": {}, "k_x": 1e-3}},
+        {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 2e9,
+         "dynamic_viscosity": 1e-3}}],
+      "particles": [
+        {{"generator": {{"type": "region", "per_cell": 2, "material": ["a", "water"],
+                        "region": {{"box": {{"max": [1, 1]}}}}}}}},
+        {{"generator": {{"type": "region", "per_cell": 2, "material": ["b", "water"],
+                        "region": {{"box": {{"min": [0, 1]}}}}}}}}],
+      "analysis": {{"mpm_scheme": "{}", "dt": 1e-4, "end_time": 1}}}})",
+                                         porosity, scheme);
+    return says(warnings_of(read_scenario_text(text, "")),
+                "layers of the porosities 0.3 and 0.5 are not at rest with this 'mpm_scheme'");
+  };
+  CHECK(warns("usf", 0.5));
+  CHECK(warns("projection", 0.5));
+  CHECK_FALSE(warns("usf", 0.31));
+  CHECK_FALSE(warns("musl", 0.5));
+  CHECK_FALSE(warns("usl", 0.5));
+}
+
 TEST_CASE("two phases: a value out of bounds is not missing") {
   try {
     read_scenario_text(text_of({.soil = R"("porosity": 40, "k_x": 1e-3)"}), "");
