@@ -206,7 +206,8 @@ double meet_wall_with_liquid(const Patch<Dim>& patch, const StepContext<Dim>& st
         together =
             std::max(together, 1.0 + Q / m / (1.0 + Q * per_liquid[static_cast<std::size_t>(t)]));
       }
-      wall.rubs[axis] *= std::clamp(1.0 - lift / into, 0.0, 1.0) / together;
+      if (std::isfinite(wall.rubs[axis]))  // else rough: nothing slides
+        wall.rubs[axis] *= std::clamp(1.0 - lift / into, 0.0, 1.0) / together;
       most = std::max(most, together);
     }
   return most;
