@@ -112,7 +112,7 @@ std::string said_of_solid(const std::string& obj) {
   auto read = read_triangles(file_of("wall.obj", obj), {}, problems);
   const bool good = read && check_solid("wall.obj", *read, problems);
   CHECK(good == problems.empty());
-  return format_problems(problems.take_warnings(), "warning") +
+  return format_problems(problems.found_warnings().kept, "warning") +
          format_problems(problems.errors(""));
 }
 
@@ -140,7 +140,7 @@ TEST_CASE("the same body is read from STL, OBJ and PLY, as text and binary") {
     CHECK(read->corners.size() == 4);
     CHECK(enclosed_volume(*read) == doctest::Approx(1.0 / 6));
     CHECK(check_solid(name, *read, problems));
-    CHECK(problems.take_warnings().empty());
+    CHECK(problems.found_warnings().kept.empty());
   }
 }
 
