@@ -159,17 +159,26 @@ double lightest_liquid(const Model<Dim>& model) {
   return density;
 }
 
+/// 0 where the mass m of a node is enough for its velocity, 1 where it has none: see
+/// least_mass_share. `full` is the mass that fills its space.
+double lightness(double m, double full) {
+  return 1.0 - std::min(1.0, m / (least_mass_share * full));
+}
+
 /// Velocities of both phases without what the gradient of water at rest (pore_gradient_at_rest())
-/// would take from them, where nodes are free: impulses on both, with implicit drag.
+/// would take from them, where nodes are free: impulses on both, with implicit drag. Of light nodes
+/// without what forces gave them.
 template <int Dim>
 void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Vec<Dim> gradient = pore_gradient_at_rest(step);
-  if (gradient.isZero(0.0)) return;
   constexpr double rounding_of_velocity = 1e-9, aligned = 0.999;
   const double water = lightest_liquid(*step.model);
-  double grains = std::numeric_limits<double>::infinity();  // density of the lightest
+  double grains = std::numeric_limits<double>::infinity(), skeleton = grains;  // the lightest
   for (const Material& material : step.model->materials)
-    if (material.liquid) grains = std::min(grains, material.liquid->grain_density);
+    if (material.liquid) {
+      grains = std::min(grains, material.liquid->grain_density);
+      skeleton = std::min(skeleton, material.density);
+    }
   const double dt = step.dt;
   auto fixed = patch.fixed.begin();
   auto fixed_liquid = patch.fixed_liquid.begin();
@@ -183,6 +192,9 @@ void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const double m = at(patch.velocity, i)[mass_lane];
       const double m_l = at(patch.liquid.velocity, i)[mass_lane];
       if (!(m > 0 && m_l > 0)) continue;
+      const double full = skeleton * patch.projection.space[static_cast<std::size_t>(i)];
+      const double light = lightness(m, full), heavy = 1.0 - light;
+      const double *a = at(patch.acceleration, i), *a_l = at(patch.liquid.acceleration, i);
       std::array<bool, Dim> holds_skeleton{}, holds_liquid{};
       for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f)
         holds_skeleton[static_cast<std::size_t>(f->dir)] = true;
@@ -204,12 +216,12 @@ void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
         if (!held && !held_liquid) {
           const double slip =
               (on_liquid / m_l - on_skeleton / m) / (1.0 + Q * (1.0 / m + 1.0 / m_l));
-          v[d] -= (on_skeleton + Q * slip) / m;
-          w[d] -= (on_liquid - Q * slip) / m_l;
+          v[d] -= heavy * (on_skeleton + Q * slip) / m + light * dt * a[d];
+          w[d] -= heavy * (on_liquid - Q * slip) / m_l + light * dt * a_l[d];
         } else if (!held) {
-          v[d] -= on_skeleton / (m + Q);
+          v[d] -= heavy * on_skeleton / (m + Q) + light * dt * a[d];
         } else if (!held_liquid) {
-          w[d] -= on_liquid / (m_l + Q);
+          w[d] -= heavy * on_liquid / (m_l + Q) + light * dt * a_l[d];
         }
       }
     }
@@ -233,8 +245,7 @@ void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
       Eigen::Map<Vec<Dim>> v(at(patch.velocity, i));
       const Eigen::Map<const Vec<Dim>> a(at(patch.acceleration, i));
       const double full = density * patch.projection.space[static_cast<std::size_t>(i)];
-      const double light =
-          1.0 - std::min(1.0, at(patch.velocity, i)[mass_lane] / (least_mass_share * full));
+      const double light = lightness(at(patch.velocity, i)[mass_lane], full);
       Vec<Dim> change = (1.0 - light) * weight + light * step.dt * a;
       for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f) change[f->dir] = 0.0;
       if (wall != patch.walls.end() && wall->node == i) {
