@@ -482,7 +482,8 @@ class Integrator {
     double together = 1.0;
     if (two_phase_) {
       const Eigen::Map<const Vec<Dim>> v(velocity), a(acceleration);
-      together = meet_wall_with_liquid<Dim>(patch_, step_, gravity_, v + step_.dt * a, wall);
+      together = meet_wall_with_liquid<Dim>(patch_, step_, gravity_, velocity[mass_lane],
+                                            v + step_.dt * a, wall);
     }
     WallWork work = lahar::advance_at_wall(wall, step_.dt, step_.model->analysis.as_cbgeo, velocity,
                                            acceleration, push);

@@ -71,11 +71,12 @@ NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& ste
 /// A one-sided wall that holds the liquid, too, with nodal porosities. Its friction takes the
 /// effective stress: of what presses the skeleton on the wall, (1 - n) p is the pore pressure's,
 /// and n p is what presses the liquid. It slows both phases, as far as drag ties them together.
-/// `after` is the skeleton's velocity without the wall. Changes coefficients of friction to those
-/// of the skeleton alone, and returns by how much its friction is more than that of this mass.
+/// `m` is the mass of the skeleton, `after` its velocity without the wall. Changes coefficients of
+/// friction to those of the skeleton alone, and returns by how much its friction is more than that
+/// of this mass.
 template <int Dim>
 double meet_wall_with_liquid(const Patch<Dim>& patch, const StepContext<Dim>& step,
-                             const NodeVector& gravity, const Vec<Dim>& after,
+                             const NodeVector& gravity, double m, const Vec<Dim>& after,
                              ConstrainedNode<Dim>& wall);
 
 /// Velocities of the liquid after the step, from those of the skeleton, which are final. Work of

@@ -171,15 +171,14 @@ NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& ste
 
 template <int Dim>
 double meet_wall_with_liquid(const Patch<Dim>& patch, const StepContext<Dim>& step,
-                             const NodeVector& gravity, const Vec<Dim>& after,
+                             const NodeVector& gravity, double m, const Vec<Dim>& after,
                              ConstrainedNode<Dim>& wall) {
   const Local i = wall.node;
   if (patch.liquid.porosity.empty() || !find_node(patch.fixed_liquid, i)) return 1.0;
   const auto v_l = load<NodeVector>(at(patch.liquid.velocity, i));
   const auto f_l = load<NodeVector>(at(patch.liquid.force, i));
-  const double m_l = v_l[mass_lane], m = at(patch.velocity, i)[mass_lane];
-  const double n = patch.liquid.porosity[static_cast<std::size_t>(i)];
-  if (!more_than(m_l, patch.least_mass) || !more_than(m, patch.least_mass)) return 1.0;
+  const double m_l = v_l[mass_lane], n = patch.liquid.porosity[static_cast<std::size_t>(i)];
+  if (!more_than(m_l, patch.least_mass)) return 1.0;
   const NodeVector liquid = v_l + step.dt / m_l * (f_l + m_l * gravity);
   std::array<double, Dim> held, per_liquid;  // velocity [m/s], 1/m_l or 0 [1/kg]
   per_liquid.fill(1.0 / m_l);
@@ -325,7 +324,7 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
                                             const NodeVector&);                                \
   template void integrate_liquid<Dim>(Patch<Dim>&, const StepContext<Dim>&);                   \
   template double meet_wall_with_liquid<Dim>(const Patch<Dim>&, const StepContext<Dim>&,       \
-                                             const NodeVector&, const Vec<Dim>&,               \
+                                             const NodeVector&, double, const Vec<Dim>&,       \
                                              ConstrainedNode<Dim>&);                           \
   template void liquid_discharge<Dim>(Patch<Dim>&);                                            \
   template void nodal_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&);
