@@ -132,9 +132,9 @@ class ScenarioBuilder {
   int find_function(const JsonValue& object);  ///< index; -1 = none
   // scenario_two_phase.cpp
   void saturate(int skeleton, int liquid, const JsonValue& at);
-  void check_phases();  ///< after the particles
-  void warn_of_porosities();
+  void check_phases();     ///< after the particles
   void check_two_phase();  ///< after the analysis
+  void warn_of_porosities();
   void refuse_without_liquid(const JsonValue& at);
   bool holds_both_phases(const JsonValue& object) const;
   std::optional<int> phase_direction_of(const JsonValue& object);

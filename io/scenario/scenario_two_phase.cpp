@@ -146,7 +146,6 @@ void ScenarioBuilder<Dim>::check_phases() {
     set(*root_.find("analysis"), "type", fmt::format("MPMExplicitTwoPhase{}D", Dim));
   a.explicit_drag = in_.as_cbgeo;
   a.pore_pressure_smoothing = get_bool(analysis, "pore_pressure_smoothing").value_or(false);
-  if (!in_.cbgeo_defaults && !has_nodal_porosity(a)) warn_of_porosities();
 }
 
 // Without porosities of nodes n p is in balance where layers meet, in place of p.
@@ -204,6 +203,7 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   const JsonValue* resume = analysis.find("resume");
   if (resume && get_bool(*resume, "resume").value_or(false))
     refuse(resume, "'resume'", "continue a run of Lahar with --restart");
+  if (!in_.cbgeo_defaults && !has_nodal_porosity(a)) warn_of_porosities();
 }
 
 template <int Dim>

@@ -167,7 +167,7 @@ TEST_CASE("what is said to be beyond a distance from terrain is so, gentle or st
 TEST_CASE("points of a surface lie on it, at the edges of an intersection, too") {
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.4, Vec<3>(1, 2, 3).normalized()).matrix();
   const Vec<3> half(1, 0.2, 0.3);
-  std::vector<SolidPtr<3>> sides;
+  std::vector<SolidPtr<3>> sides{box<3>(Vec<3>::Constant(-1.2), Vec<3>::Constant(1.2))};
   for (int d = 0; d < 3; ++d)
     for (const double side : {-1.0, 1.0}) {
       const Vec<3> out = side * turn.col(d);
