@@ -125,7 +125,7 @@ std::string layers(const std::string& functions, double cell, double safety, dou
       {{"generator": {{"type": "region", "material": ["loose", "water"], "per_cell": 2,
                       "region": {{"box": {{"min": [0, 2], "max": [1, 4]}}}}}}}}],
     "external_loading_conditions": {{"gravity": [0, -{3}]}},
-    "analysis": {{"preset": "lahar", "mpm_scheme": "{6}", "shape_functions": "{4}", "end_time": 1.5,
+    "analysis": {{"preset": "lahar", "mpm_scheme": "{6}", "shape_functions": "{4}", "end_time": 3,
                  "time_step": {{"safety": {5}}}}}}})",
                      cell, discharge / 0.3, conductivity, gravity, functions, safety, scheme);
 }
