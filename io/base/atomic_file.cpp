@@ -59,7 +59,12 @@ std::string read_text_file(const fs::path& file) {
   if (descriptor < 0) throw_io_error("read", file, errno);
   struct stat status {};
   std::string text;
-  if (::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode))
+  const bool is_known = ::fstat(descriptor, &status) == 0;
+  if (is_known && (S_ISCHR(status.st_mode) || S_ISBLK(status.st_mode))) {  // it may never end
+    ::close(descriptor);
+    throw IoError(fmt::format("cannot read {}: it is not a regular file", file.string()));
+  }
+  if (is_known && S_ISREG(status.st_mode))
     text.reserve(static_cast<std::size_t>(status.st_size) + 1);
   ssize_t count = 0;
   do {

@@ -21,7 +21,7 @@ void make_folder(const std::filesystem::path& folder);
 /// The same in a folder that exists. Throws IoError where it does not.
 void make_folder_in_place(const std::filesystem::path& folder);
 
-/// Whole contents of a file. Throws IoError.
+/// Whole contents of a file or pipe. Throws IoError, also for devices.
 std::string read_text_file(const std::filesystem::path& file);
 
 /// A file being written, buffered. Errors name `shown`, the name the user knows.

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <string>
 
 #include "physics/base/error.h"
 #include "tests/io/frames/frame_samples.h"
@@ -37,4 +38,11 @@ TEST_CASE("a file that cannot get its name asks its caller for the reason") {
   };
   CHECK_THROWS_WITH_AS(file.commit(check), "the folder was emptied", IoError);
   CHECK_THROWS_WITH_AS(file.commit(), doctest::Contains("cannot write "), IoError);
+}
+
+TEST_CASE("a device is not read as a text: it may never end") {
+  for (const char* device : {"/dev/zero", "/dev/null"})
+    CHECK_THROWS_WITH_AS(
+        read_text_file(device),
+        (std::string("cannot read ") + device + ": it is not a regular file").c_str(), IoError);
 }
