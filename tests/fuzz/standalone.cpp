@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -72,11 +73,13 @@ bool is_of_hdf5() {
   return within;
 }
 
-/// Whether memory is still taken when the exceptions of a lack of it are gone: HDF5 keeps what it
-/// takes for a damaged file, as in a heap whose free blocks are a ring.
-bool is_kept() {
-  const struct mallinfo2 now = ::mallinfo2();
-  return now.uordblks + now.hblkhd > most_memory / 2;
+/// What C++ has taken, and had when it got no more [bytes]. HDF5 is C.
+std::atomic<std::size_t> taken_by_cpp{0}, taken_at_failure{0};
+
+/// Whether others than C++ have what there is: HDF5 takes all for a damaged file, such as one in
+/// which the free blocks of a heap are a ring.
+bool is_taken_by_hdf5() {
+  return taken_at_failure > 0 && taken_at_failure < most_memory / 4;
 }
 
 void go_on() {
@@ -127,6 +130,7 @@ struct Answer {
 
 Answer answer(const Target& target, const std::string& input) {
   current = &input;
+  taken_at_failure = 0;
   limit_time(most_seconds);
   std::string why;
   Answer result;
@@ -134,7 +138,7 @@ Answer answer(const Target& target, const std::string& input) {
     result.refused =
         run(target, {reinterpret_cast<const std::uint8_t*>(input.data()), input.size()});
   } catch (const std::bad_alloc&) {
-    if (!rest.target.empty() && is_kept()) go_on();
+    if (!rest.target.empty() && is_taken_by_hdf5()) go_on();
     why = "asks for too much memory";
   } catch (const std::exception& error) {
     why = std::string("internal error: ") + error.what();
@@ -239,6 +243,25 @@ int run_files(const Target& target, const std::vector<std::string>& files) {
 }
 
 }  // namespace
+
+#if !defined(__SANITIZE_ADDRESS__)
+void* operator new(std::size_t size) {
+  void* const memory = std::malloc(std::max<std::size_t>(size, 1));
+  if (!memory) {
+    taken_at_failure = std::max<std::size_t>(taken_by_cpp, 1);
+    throw std::bad_alloc();
+  }
+  taken_by_cpp += ::malloc_usable_size(memory);
+  return memory;
+}
+void operator delete(void* memory) noexcept {
+  taken_by_cpp -= ::malloc_usable_size(memory);
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  operator delete(memory);
+}
+#endif
 
 int main(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
