@@ -91,8 +91,8 @@ bool holds_run(const std::filesystem::path& folder);
 
 /// Remove what an earlier run without stages wrote to a folder, but for files of the user.
 void remove_unstaged_run(const std::filesystem::path& folder);
-/// The same of stages in a folder, of which `goes` says whether one with that name goes. Returns
-/// the names of those whose folders stay, for files of the user in them.
+/// The same of stages in a folder. `goes` says which of them go, by name. Returns the names of the
+/// folders that stay: the user has files there.
 std::vector<std::string> remove_stages(const std::filesystem::path& folder,
                                        const std::function<bool(const std::string& name)>& goes);
 

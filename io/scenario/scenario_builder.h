@@ -400,11 +400,12 @@ class ScenarioBuilder {
   void warn_of_holes();
   void warn_of_cut_polygons();
   // scenario_doubts_rows.cpp
-  /// Of `places` that this member keeps those inside of a structured mesh whose neighbours along
-  /// their axis are not in the row. Collective.
+  /// The `places` (this member's) inside of a structured mesh whose neighbours along their axis are
+  /// not in the row. Collective.
   std::vector<Index> thin_rows(const std::vector<Index>& places,
                                const std::function<bool(Index)>& is_in_row) const;
-  /// Of these those that have particles in a cell around them, or in all. Ascending; collective.
+  /// The places of `thin` with particles in a cell around them, or in all cells. Ascending;
+  /// collective.
   std::vector<Index> rows_in_material(const std::vector<Index>& thin, bool all_cells) const;
   void warn_of_thin_supports();
   void warn_of_thin_drains();

@@ -322,7 +322,7 @@ TEST_CASE("projection: a pressure below makes water flow upwards as Darcy says")
   }
 }
 
-// Nodes behind which there is no water, but which are held, are no free surface.
+// Held nodes are no free surface, though there is no water behind them.
 TEST_CASE("projection: water rests behind a gate and on a floor of nodes within the mesh") {
   for (const double cell : {0.05, 0.025}) {
     CAPTURE(cell);

@@ -17,8 +17,8 @@ double stress_difference(const State& a, const State& b) {
   return most;
 }
 
-/// Where the stress of the state `at(t)` changes most between t = 0 and 1: of n parts the one with
-/// the largest difference, of which again n, and so on, `zooms` times.
+/// Where the stress of the state `at(t)` changes most between t = 0 and 1. The part with the
+/// largest difference is found of n equal ones, and is divided again, `zooms` times.
 template <class At>
 std::pair<double, double> where_it_changes_most(const At& at, int n, int zooms) {
   double low = 0, high = 1;
