@@ -54,17 +54,20 @@ void make_folder_in_place(const fs::path& folder) {
   if (error) throw_io_error("make folder", folder, error.value());
 }
 
+bool may_be_endless(const fs::file_status& status) {
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status) &&
+         !fs::is_fifo(status);
+}
+
 std::string read_text_file(const fs::path& file) {
+  std::error_code unknown;
+  if (may_be_endless(fs::status(file, unknown)))
+    throw IoError(fmt::format("cannot read {}: it is not a regular file", file.string()));
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) throw_io_error("read", file, errno);
   struct stat status {};
   std::string text;
-  const bool is_known = ::fstat(descriptor, &status) == 0;
-  if (is_known && (S_ISCHR(status.st_mode) || S_ISBLK(status.st_mode))) {  // it may never end
-    ::close(descriptor);
-    throw IoError(fmt::format("cannot read {}: it is not a regular file", file.string()));
-  }
-  if (is_known && S_ISREG(status.st_mode))
+  if (::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode))
     text.reserve(static_cast<std::size_t>(status.st_size) + 1);
   ssize_t count = 0;
   do {

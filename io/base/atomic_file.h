@@ -21,6 +21,9 @@ void make_folder(const std::filesystem::path& folder);
 /// The same in a folder that exists. Throws IoError where it does not.
 void make_folder_in_place(const std::filesystem::path& folder);
 
+/// Whether a file may never end, as a device. A pipe ends: a shell makes one of <(...).
+bool may_be_endless(const std::filesystem::file_status& status);
+
 /// Whole contents of a file or pipe. Throws IoError, also for devices.
 std::string read_text_file(const std::filesystem::path& file);
 

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "io/base/atomic_file.h"
 #include "io/base/text.h"
 
 namespace lahar {
@@ -29,9 +30,7 @@ std::optional<std::string> read_text_file(const std::string& path, std::string& 
     reason = "is a folder, not a file";
     return std::nullopt;
   }
-  // Devices may never end. A pipe may, and is what a shell makes of <(...).
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
-      !std::filesystem::is_fifo(status)) {
+  if (may_be_endless(status)) {
     reason = "is not a regular file";
     return std::nullopt;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/boundary/wall_axes.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/projection.h"
@@ -54,14 +55,12 @@ std::vector<std::uint8_t> held_axes(const Patch<Dim>& patch, bool two_phase) {
   for (const auto& fixed : two_phase ? patch.fixed_liquid : patch.fixed)
     hold(fixed.node, fixed.dir);
   if (two_phase) return axes;
-  constexpr double aligned = 0.999;
   for (const ConstrainedNode<Dim>& wall : patch.walls)
-    for (int k = 0; k < Dim; ++k)
-      for (int d = 0; d < Dim; ++d)
-        if ((wall.fixed[static_cast<std::size_t>(k)] ||
-             wall.pushes[static_cast<std::size_t>(k)] != 0) &&
-            std::abs(wall.axes(d, k)) > aligned)
-          hold(wall.node, d);
+    for (int k = 0; k < Dim; ++k) {
+      const auto local = static_cast<std::size_t>(k);
+      const auto axis = global_axis(wall, k);
+      if (axis && (wall.fixed[local] || wall.pushes[local] != 0)) hold(wall.node, axis->dir);
+    }
   return axes;
 }
 
@@ -171,7 +170,7 @@ double lightness(double m, double full) {
 template <int Dim>
 void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Vec<Dim> gradient = pore_gradient_at_rest(step);
-  constexpr double rounding_of_velocity = 1e-9, aligned = 0.999;
+  constexpr double rounding_of_velocity = 1e-9;
   const double water = lightest_liquid(*step.model);
   double grains = std::numeric_limits<double>::infinity(), skeleton = grains;  // the lightest
   for (const Material& material : step.model->materials)
@@ -203,9 +202,8 @@ void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
       if (wall != patch.walls.end() && wall->node == i) {
         const double small = rounding_of_velocity * (v.norm() + dt / water * gradient.norm());
         for (int k = 0; k < Dim; ++k)
-          for (int d = 0; d < Dim; ++d)
-            if (std::abs(wall->axes(d, k)) > aligned && holds(*wall, k, Vec<Dim>(v), small))
-              holds_skeleton[static_cast<std::size_t>(d)] = true;
+          if (const auto axis = global_axis(*wall, k); axis && holds(*wall, k, Vec<Dim>(v), small))
+            holds_skeleton[static_cast<std::size_t>(axis->dir)] = true;
       }
       for (int d = 0; d < Dim; ++d) {
         const double Q = dt * at(patch.liquid.drag, i)[d];

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "physics/boundary/wall_axes.h"
 #include "physics/kernels/nodal_motion.h"
 #include "physics/kernels/timed_velocities.h"
 #include "physics/kernels/two_phase.h"
@@ -42,17 +43,16 @@ struct WithoutDrag {
 /// carry it: both move with the wall.
 template <int Dim>
 void hold_at_wall(const ConstrainedNode<Dim>& wall, WithoutDrag& free) {
-  constexpr double aligned = 0.999;
-  for (int k = 0; k < Dim; ++k)
-    for (int d = 0; d < Dim; ++d) {
-      const auto axis = static_cast<std::size_t>(k);
-      if (std::abs(wall.axes(d, k)) < aligned || free.per_liquid[d] > 0) continue;
-      const double sign = wall.axes(d, k) > 0 ? 1.0 : -1.0;
-      const double into = (sign * free.skeleton[d] - wall.velocity[axis]) * wall.pushes[axis];
-      if (!wall.fixed[axis] && !(into > 0)) continue;
-      free.skeleton[d] = sign * wall.velocity[axis];
-      free.per_skeleton[d] = 0;
-    }
+  for (int k = 0; k < Dim; ++k) {
+    const auto local = static_cast<std::size_t>(k);
+    const auto axis = global_axis(wall, k);
+    if (!axis || free.per_liquid[axis->dir] > 0) continue;
+    double& v = free.skeleton[axis->dir];
+    const double into = (axis->sign * v - wall.velocity[local]) * wall.pushes[local];
+    if (!wall.fixed[local] && !(into > 0)) continue;
+    v = axis->sign * wall.velocity[local];
+    free.per_skeleton[axis->dir] = 0;
+  }
 }
 
 template <int Dim>
@@ -186,29 +186,28 @@ double meet_wall_with_liquid(const Patch<Dim>& patch, const StepContext<Dim>& st
     held[static_cast<std::size_t>(fixed.dir)] = fixed.velocity;
     per_liquid[static_cast<std::size_t>(fixed.dir)] = 0;
   });
-  constexpr double aligned = 0.999;
   double most = 1;
-  for (int k = 0; k < Dim; ++k)
-    for (int d = 0; d < Dim; ++d) {
-      const auto axis = static_cast<std::size_t>(k), normal = static_cast<std::size_t>(d);
-      if (wall.pushes[axis] == 0 || per_liquid[normal] > 0) continue;
-      if (std::abs(wall.axes(d, k)) < aligned) continue;
-      const double sign = wall.axes(d, k) > 0 ? 1.0 : -1.0;
-      const double into = (sign * after[d] - wall.velocity[axis]) * wall.pushes[axis];
-      if (!(into > 0)) continue;
-      const double of_liquid = sign * (liquid[d] - held[normal]) * wall.pushes[axis];
-      const double lift = (1.0 - n) / n * m_l / m * of_liquid;
-      double together = 1;  // what friction moves, over m
-      for (int t = 0; t < Dim; ++t) {
-        const double Q = step.dt * at(patch.liquid.drag, i)[t];
-        if (t == d || step.model->analysis.explicit_drag) continue;
-        together =
-            std::max(together, 1.0 + Q / m / (1.0 + Q * per_liquid[static_cast<std::size_t>(t)]));
-      }
-      if (std::isfinite(wall.rubs[axis]))  // else rough: nothing slides
-        wall.rubs[axis] *= std::clamp(1.0 - lift / into, 0.0, 1.0) / together;
-      most = std::max(most, together);
+  for (int k = 0; k < Dim; ++k) {
+    const auto local = static_cast<std::size_t>(k);
+    const auto axis = global_axis(wall, k);
+    if (!axis || wall.pushes[local] == 0) continue;
+    const auto normal = static_cast<std::size_t>(axis->dir);
+    if (per_liquid[normal] > 0) continue;
+    const double into = (axis->sign * after[axis->dir] - wall.velocity[local]) * wall.pushes[local];
+    if (!(into > 0)) continue;
+    const double of_liquid = axis->sign * (liquid[axis->dir] - held[normal]) * wall.pushes[local];
+    const double lift = (1.0 - n) / n * m_l / m * of_liquid;
+    double together = 1;  // what friction moves, over m
+    for (int t = 0; t < Dim; ++t) {
+      if (t == axis->dir || step.model->analysis.explicit_drag) continue;
+      const double Q = step.dt * at(patch.liquid.drag, i)[t];
+      const double free = 1.0 + Q * per_liquid[static_cast<std::size_t>(t)];
+      together = std::max(together, 1.0 + Q / m / free);
     }
+    if (std::isfinite(wall.rubs[local]))  // else rough: nothing slides
+      wall.rubs[local] *= std::clamp(1.0 - lift / into, 0.0, 1.0) / together;
+    most = std::max(most, together);
+  }
   return most;
 }
 

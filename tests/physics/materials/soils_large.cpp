@@ -5,41 +5,36 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <stdexcept>
+#include <variant>
 #include <vector>
 
 #include "physics/materials/law.h"
 #include "physics/materials/soil_stress.h"
 #include "physics/materials/tangent.h"
 #include "tests/physics/materials/largest_jump.h"
+#include "tests/physics/materials/material_samples.h"
 
 using namespace lahar;
+using namespace lahar::test;
 
 namespace {
 
+template <class LawType>
+LawType sample_of() {
+  for (const Law& law : sample_laws())
+    if (const auto* found = std::get_if<LawType>(&law)) return *found;
+  throw std::logic_error("there is no sample of this law");
+}
+
 std::vector<Law> soils() {
-  ModifiedCamClay clay{};
-  clay.youngs_modulus = 1e7;
-  clay.poisson_ratio = 0.3;
-  clay.p_ref = 1e5;
+  auto clay = sample_of<ModifiedCamClay>();
   clay.e_ref = 1.12;
   clay.pc0 = 2e5;
   clay.ocr = 1.2;
-  clay.m = 1.2;
-  clay.lambda = 0.1;
-  clay.kappa = 0.03;
   ModifiedCamClay rounded = clay;
   rounded.three_invariants = true;
-  NorSand sand{};
-  sand.poisson_ratio = 0.3;
-  sand.reference_pressure = 1000;
-  sand.friction_cs = 30;
-  sand.N = 0.3;
-  sand.lambda = 0.1;
-  sand.kappa = 0.03;
-  sand.gamma = 1.3;
-  sand.chi = 3.5;
-  sand.hardening_modulus = 200;
-  sand.void_ratio_initial = 0.85;
+  auto sand = sample_of<NorSand>();
   sand.p_image_initial = 87014.6;
   return {clay, rounded, sand};
 }
