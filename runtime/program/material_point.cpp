@@ -33,6 +33,7 @@ std::vector<double> MaterialPoint::state() const {
 }
 
 MaterialPoint::Answer MaterialPoint::answer(const Voigt& increment, double dt) const {
+  ++answers_;
   LawInput<3, Scalar> in;
   constexpr int voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
   for (std::size_t k = 0; k < 6; ++k) in.rate[k] = Scalar(increment[k] / dt);
@@ -80,7 +81,7 @@ class MaterialPoint::Search {
       : point_(point), target_(target), dt_(dt), trial_(guess) {
     for (std::size_t k = 0; k < 6; ++k)
       if (stress_controlled[k]) free_.push_back(k);
-    now_ = point_.answer(trial_, dt_);
+    now_ = ask(trial_);
   }
 
   /// The tangent at the beginning by perturbations, corrected by what the steps bring (Broyden
@@ -116,6 +117,11 @@ class MaterialPoint::Search {
   Answer& answer() { return now_; }
 
  private:
+  /// The law's answer; none where there have been too many.
+  Answer ask(const Voigt& increment) const {
+    if (point_.answers_ >= most_answers) return {};
+    return point_.answer(increment, dt_);
+  }
   Eigen::Index n() const { return static_cast<Eigen::Index>(free_.size()); }
   std::size_t component(Eigen::Index i) const { return free_[static_cast<std::size_t>(i)]; }
 
@@ -142,13 +148,13 @@ class MaterialPoint::Search {
   }
 
   std::optional<Eigen::MatrixXd> tangent(const Voigt& at, double change) const {
-    const Answer here = point_.answer(at, dt_);
+    const Answer here = ask(at);
     if (!here.found) return std::nullopt;
     Eigen::MatrixXd J(n(), n());
     for (Eigen::Index i = 0; i < n(); ++i) {
       Voigt moved = at;
       moved[component(i)] += change;
-      const Answer there = point_.answer(moved, dt_);
+      const Answer there = ask(moved);
       if (!there.found) return std::nullopt;
       J.col(i) = (residual(there) - residual(here)) / change;
     }
@@ -170,7 +176,7 @@ class MaterialPoint::Search {
     for (int halving = 0; halving <= most_strain_halvings; ++halving, share *= 0.5) {
       Voigt next = trial_;
       for (Eigen::Index i = 0; i < n(); ++i) next[component(i)] += share * step[i];
-      Answer there = point_.answer(next, dt_);
+      Answer there = ask(next);
       if (!there.found || !(residual(there).norm() < before)) continue;
       trial_ = next;
       now_ = std::move(there);
@@ -189,6 +195,7 @@ class MaterialPoint::Search {
 
 bool MaterialPoint::load_by(Voigt& increment, const std::array<bool, 6>& stress_controlled,
                             const Voigt& target, double dt) {
+  answers_ = 0;
   return load_by(increment, stress_controlled, target, dt, most_divisions);
 }
 
@@ -205,7 +212,7 @@ bool MaterialPoint::load_by(Voigt& increment, const std::array<bool, 6>& stress_
       take(increment, std::move(search.answer()));
       return true;
     }
-  if (divisions == 0) return false;
+  if (divisions == 0 || answers_ >= most_answers) return false;
   // By halves of the increment, and of the way of the stress.
   const MaterialPoint before = *this;
   Voigt first, middle;
@@ -216,7 +223,9 @@ bool MaterialPoint::load_by(Voigt& increment, const std::array<bool, 6>& stress_
   Voigt second = first;
   if (!load_by(first, stress_controlled, middle, 0.5 * dt, divisions - 1) ||
       !load_by(second, stress_controlled, target, 0.5 * dt, divisions - 1)) {
+    const int answers = answers_;
     *this = before;
+    answers_ = answers;
     return false;
   }
   for (std::size_t k = 0; k < 6; ++k) increment[k] = first[k] + second[k];

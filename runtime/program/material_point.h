@@ -21,7 +21,7 @@ class MaterialPoint {
   /// increments are found by Broyden's method, or else Newton's with a numerical tangent, with
   /// steps that are halved while they bring nothing. Where both find nothing, the increment is
   /// divided. `increment` holds those of the others, and a first guess of these; then all. False
-  /// (and nothing changes) if the stress cannot be reached.
+  /// (and nothing changes) if the stress is not reached with most_answers of the law.
   bool load_by(Voigt& increment, const std::array<bool, 6>& stress_controlled, const Voigt& target,
                double dt);
 
@@ -29,6 +29,10 @@ class MaterialPoint {
   const Voigt& strain() const { return strain_; }  ///< sum of the increments
   /// State variables, those that follow from the stress included.
   std::vector<double> state() const;
+  /// Answers of the law for the last increment and its parts. A search that finds its stress takes
+  /// some ten; this many take seconds where the law itself has to divide each.
+  static constexpr int most_answers = 1000;
+  int answers() const { return answers_; }
   Index divided() const { return divided_; }  ///< increments that were done in parts
 
  private:
@@ -48,6 +52,7 @@ class MaterialPoint {
   Voigt stress_, strain_{};
   std::vector<double> state_;
   Index divided_ = 0;
+  mutable int answers_ = 0;
 };
 
 /// Mean stress [Pa], positive in compression, and deviatoric stress sqrt(3 J2) [Pa].

@@ -297,6 +297,26 @@ TEST_CASE("a path that the material cannot follow ends with a message that names
   CHECK(points.size() == 6);
 }
 
+// Each answer of the law takes milliseconds there: thousands of them took half a minute.
+TEST_CASE("the search for a stress that a soil does not bear ends soon") {
+  const NorSand law{.poisson_ratio = 0.3,
+                    .reference_pressure = 1000,
+                    .friction_cs = 30,
+                    .N = 0.3,
+                    .lambda = 0.1,
+                    .kappa = 0.03,
+                    .gamma = 1.3,
+                    .chi = 3.5,
+                    .hardening_modulus = 200,
+                    .void_ratio_initial = 0.65,
+                    .p_image_initial = 87014.6};
+  MaterialPoint point(law, {-1e5, -1e5, 4096, 0, 0, 2147483648});
+  Voigt increment{0, 0, -1e-3, 0, 0, 0};
+  CHECK(!point.load_by(increment, {true, true}, {-1e5, -1e5, 0, 0, 0, 0}, 1));
+  CHECK(point.answers() >= 100);
+  CHECK(point.answers() <= MaterialPoint::most_answers);
+}
+
 TEST_CASE("strains of a path that are no strains are refused") {
   const auto problem = [](const std::string& segment) {
     try {
