@@ -236,7 +236,7 @@ class Integrator {
         at.drag.setZero();
       }
     });
-    if (step.model->analysis.scheme == Scheme::musl)
+    if (maps_velocities_again(step.model->analysis))
       patch.wall_pushes.assign(patch.walls.size(), WallPush<Dim>());
     if (patch.bodies() > 1) patch.contact.wall_change.assign(patch.walls.size(), Vec<Dim>::Zero());
   }

@@ -139,7 +139,9 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
 /// The pressure of fluids becomes what is kept of it, and dp. Volumes do not change.
 template <int Dim>
 void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-/// The pressure of a liquid in pores becomes `kept` of it, and dp.
+/// The pressure of a liquid in pores becomes `kept` of it, and dp: in a full cell as if its
+/// particles lay around its centre. Where they lie to one side, a dp that alternates from node to
+/// node would else push cells against each other, in velocities without divergence: it grows.
 template <int Dim>
 void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,
                           double kept);

@@ -8,6 +8,7 @@
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/matrix_pattern.h"
 #include "physics/kernels/projection.h"
+#include "physics/kernels/two_phase.h"
 #include "physics/materials/law.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_space.h"
@@ -302,6 +303,7 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   clear_sums(patch, step, NodeSum::divergence);
   add_filled_cells(patch, step);
   take_out_weight(patch, step);
+  if (step.model->analysis.two_phase) liquid_discharge(patch);
   give_pressures(patch, step);
   add_voids(patch, step, voids);
 }

@@ -65,7 +65,7 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
   const double* V = patch.particles.row(Column::volume);
   const double* m = patch.particles.row(Column::mass);
   const double* change = patch.projection.change.data();
-  const bool measures = !patch.measured.empty();
+  const bool measures = !patch.measured.empty(), nodal = !patch.liquid.porosity.empty();
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
@@ -83,7 +83,9 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
           gradient_of_scalar<Dim>(dN, change, nodes, gradient);
           const Pack volume = load_first<Pack>(V + p, n);
           Pack porosity(0.0);
-          if (liquid)
+          if (nodal)  // nodes multiply by theirs
+            porosity = Pack(1.0);
+          else if (liquid)
             porosity =
                 first_lanes(Pores(*liquid).porosity(load<Pack>(m + p), load<Pack>(V + p)), n);
           for (int i = 0; i < n_nodes; ++i)
@@ -168,11 +170,34 @@ template <int Dim>
 void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,
                           double kept) {
   double* pressure = patch.particles.row(Column::pore_pressure);
-  interpolate_bins<Pack>(patch, bins, patch.projection.change.data(), has_liquid(model),
-                         [&](Local p, Local n, const Pack& change) {
-                           store_first(Pack(kept * load<Pack>(pressure + p) + change), pressure + p,
-                                       n);
-                         });
+  const double* V = patch.particles.row(Column::volume);
+  const double* nodal = patch.projection.change.data();
+  const auto has_pores = has_liquid(model);
+  for_each_bin_with_basis(
+      patch, bins, has_pores, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        const auto change_at = [&](Local p) {
+          Pack N[n_nodes], change(0.0);
+          basis.functions(p, N);
+          for (int i = 0; i < n_nodes; ++i) change = multiply_add(change, N[i], nodal + nodes[i]);
+          return change;
+        };
+        Pack work(0.0), volume(0.0);
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          const Pack of_particles = load_first<Pack>(V + p, bin.end - p);
+          work += first_lanes(Pack(of_particles * change_at(p)), bin.end - p);
+          volume += of_particles;
+        }
+        double centre = 0;
+        for (int i = 0; i < n_nodes; ++i) centre += nodal[nodes[i]] / n_nodes;
+        const auto c = static_cast<std::size_t>(bin.cell);
+        const double filled =
+            volume_in(patch, c) / model.mesh->cell_volume(patch.topology.cells[c]);
+        const double shift = std::min(1.0, filled) * (centre - reduce(work) / reduce(volume));
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
+          store_first(Pack(kept * load<Pack>(pressure + p) + change_at(p) + shift), pressure + p,
+                      bin.end - p);
+      });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                \

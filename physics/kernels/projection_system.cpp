@@ -181,9 +181,10 @@ void add_cell(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim
   if (!flow.gradient.isZero(0.0))
     for (std::size_t i = 0; i < Nodes; ++i) place[i] = place_of(patch, *step.model->mesh, nodes[i]);
   CellFlow<Nodes> cell;
+  const bool nodal = !patch.liquid.porosity.empty();
   for (const auto& point : points) {
-    double rate = divergence_at(point, patch.velocity, nodes);
-    if (flow.porosity > 0)
+    double rate = divergence_at(point, nodal ? patch.liquid.discharge : patch.velocity, nodes);
+    if (flow.porosity > 0 && !nodal)
       rate = (1.0 - flow.porosity) * rate +
              flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
     cell.add(flow, point, rate, step.dt, weight.velocity, weight.gradient, place);

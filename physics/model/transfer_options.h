@@ -50,11 +50,18 @@ inline bool needs_kept_pressure(const Analysis& analysis) {
          (analysis.prescribes_pore_pressure || analysis.two_phase);
 }
 
+/// Whether strains are those of velocities that the updated particles give to nodes again. (With
+/// those before, soil that a projection moves into new cells bursts: nodes with little mass.)
+inline bool maps_velocities_again(const Analysis& analysis) {
+  return analysis.scheme == Scheme::musl ||
+         (is_projection(analysis) && analysis.two_phase && !analysis.volume_as_cbgeo);
+}
+
 /// Whether forces on a liquid in pores, and its discharge, take the porosity of nodes. (With USF it
 /// is not known when stresses are updated. CB-Geo MPM takes that of particles.)
 inline bool has_nodal_porosity(const Analysis& analysis) {
-  return analysis.two_phase && !analysis.volume_as_cbgeo &&
-         (analysis.scheme == Scheme::musl || analysis.scheme == Scheme::usl);
+  return analysis.two_phase && !analysis.volume_as_cbgeo && analysis.scheme != Scheme::usf &&
+         !is_implicit(analysis);
 }
 
 /// Whether particles take pore pressures from nodes.

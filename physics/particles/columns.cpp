@@ -4,6 +4,7 @@
 
 #include "physics/materials/law.h"
 #include "physics/model/model.h"
+#include "physics/model/transfer_options.h"
 
 namespace lahar {
 
@@ -12,15 +13,15 @@ ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bo
   ColumnNeeds needs;
   const Analysis& analysis = model.analysis;
   const ShapeFunctionsRow& functions = row_of(analysis.functions);
-  const bool musl = analysis.scheme == Scheme::musl;
+  const bool moves_first = maps_velocities_again(analysis);
   needs.size = !model.tractions.empty();
-  needs.natural = !model.mesh->is_cartesian() || musl;
+  needs.natural = !model.mesh->is_cartesian() || moves_first;
   needs.affine = analysis.affine != Affine::none;
   needs.domain = functions.domain == ParticleDomain::box;
   needs.next_domain = functions.stretches;
   needs.vectors = functions.domain == ParticleDomain::vectors;
   needs.corners = functions.domain == ParticleDomain::corners;
-  needs.next_corners = needs.corners && musl;
+  needs.next_corners = needs.corners && moves_first;
   needs.strain = stressed || deforms_across(analysis);
   needs.liquid = analysis.two_phase;
   needs.liquid_affine = needs.liquid && needs.affine;

@@ -2,6 +2,7 @@
 // exchange of node sums, of particles or of the time step is part of a stage.
 #include "runtime/step/schemes.h"
 
+#include "physics/model/transfer_options.h"
 #include "runtime/solve/global_solve.h"
 
 namespace lahar {
@@ -138,6 +139,14 @@ Stages<Dim> newmark(const Analysis& a, bool injects) {
   });
 }
 
+/// Stresses after a projection; of soil with strains of velocities that it gives to nodes again.
+template <int Dim>
+Stages<Dim> motion_and_stress(const Analysis& a) {
+  const Stages<Dim> motion = in_order<Dim>({liquid_g2p<Dim>(a), g2p<Dim>(a)});
+  if (!maps_velocities_again(a)) return in_order<Dim>({projected_stress<Dim>(a), motion});
+  return in_order<Dim>({motion, remapped_velocities<Dim>(a), projected_stress<Dim>(a)});
+}
+
 /// Projection: what a step does when the change of the pressure is known (projection_stages()).
 template <int Dim>
 Stages<Dim> projection(const Analysis& a, bool injects) {
@@ -146,9 +155,7 @@ Stages<Dim> projection(const Analysis& a, bool injects) {
       pressure_forces<Dim>(a),
       integration<Dim>(a),
       velocity_transfer<Dim>(a),
-      projected_stress<Dim>(a),
-      liquid_g2p<Dim>(a),
-      g2p<Dim>(a),
+      motion_and_stress<Dim>(a),
       location<Dim>(a),
       output<Dim>(a),
   });

@@ -9,7 +9,7 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   const int copies = analysis.scheme == Scheme::usl || analysis.scheme == Scheme::newmark ? 2 : 1;
   // Rounds of a solver have one exchange as well.
   const int solver = begins_with_solve(analysis) ? 2 : 0;
-  const bool more = analysis.scheme == Scheme::musl || analysis.pressure_smoothing;
+  const bool more = maps_velocities_again(analysis) || analysis.pressure_smoothing;
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
   // mapped is begun anywhere near.
   return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.takes_means ? 1 : 0,
