@@ -8,9 +8,10 @@
 /// Integrals are over cells. A cell is full if its particles fill some share of it
 /// (Projection::least_fill): else a few particles would leave its pressure undetermined, or make
 /// its gradient too large. A fluid without a free surface also fills cells that lost all particles.
-/// u is the discharge: v of a fluid, (1 - n) v + n v_l where a liquid moves in the pores of a
-/// skeleton (two_phase.h). c is what a unit pressure gradient changes of it per time and volume:
-/// 1 / rho of a fluid; with both phases, whose drag q = n^2 r is implicit as at the nodes,
+/// u is the discharge: v of a fluid, v + n (v_l - v) where a liquid moves in the pores of a skeleton,
+/// with the porosity n of nodes (two_phase.h). c is what a unit pressure gradient changes of it per
+/// time and volume: 1 / rho of a fluid; with both phases, whose drag q = n^2 r is implicit as at the
+/// nodes,
 ///
 ///     c_d = ((1 - n)^2 rho_l' + n^2 rho_s' + dt q_d) / (rho_s' rho_l' + dt q_d (rho_s' + rho_l')),
 ///
@@ -19,7 +20,7 @@
 /// liquid in pores keeps its bulk modulus K: n / (K dt) is added to the diagonal of A, and n / (K
 /// dt) of the pressure that is not kept to b, as it is at the nodes: with its gradient in the cell.
 ///
-/// Forces are then -sum_p V_p N_i grad dp (of the liquid in pores n times that): gradients, not
+/// Forces are then -sum_p V_p N_i grad dp (of the liquid in pores n_i times that): gradients, not
 /// pressures, act at nodes, so that a pressure which does not change with place gives no force,
 /// however particles lie. The share Projection::kept of the pressure before the step acts with the
 /// other forces, in the weak form; dp is the change of what was kept.
@@ -136,12 +137,13 @@ void begin_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// The pressure of fluids becomes what is kept of it, and dp. Volumes do not change.
+/// The pressure of fluids becomes what is kept of it, and dp. Volumes do not change. What acts in
+/// the next step, the kept share of dp, is that of a full cell's centre: where particles lie to one
+/// side of their cells, a dp that alternates from node to node would else push cells against each
+/// other, in velocities without divergence, and grow.
 template <int Dim>
 void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-/// The pressure of a liquid in pores becomes `kept` of it, and dp: in a full cell as if its
-/// particles lay around its centre. Where they lie to one side, a dp that alternates from node to
-/// node would else push cells against each other, in velocities without divergence: it grows.
+/// The pressure of a liquid in pores becomes `kept` of it, and dp, in the same way.
 template <int Dim>
 void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,
                           double kept);

@@ -167,7 +167,8 @@ double lightness(double m, double full) {
 
 /// Velocities of both phases without what the gradient of water at rest (pore_gradient_at_rest())
 /// would take from them, where nodes are free: impulses on both, with implicit drag. Of light nodes
-/// without what forces gave them.
+/// without what forces gave them: cells give them the mean acceleration of their nodes in its place
+/// (ProjectionNodes::unforced).
 template <int Dim>
 void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Vec<Dim> gradient = pore_gradient_at_rest(step);
@@ -193,7 +194,7 @@ void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
       const double m_l = at(patch.liquid.velocity, i)[mass_lane];
       if (!(m > 0 && m_l > 0)) continue;
       const double full = skeleton * patch.projection.space[static_cast<std::size_t>(i)];
-      const double light = lightness(m, full), heavy = 1.0 - light;
+      const double light = lightness(m, full);
       const double *a = at(patch.acceleration, i), *a_l = at(patch.liquid.acceleration, i);
       std::array<bool, Dim> holds_skeleton{}, holds_liquid{};
       for (auto f = fixed; f != patch.fixed.end() && f->node == i; ++f)
@@ -206,6 +207,8 @@ void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
           if (const auto axis = global_axis(*wall, k); axis && holds(*wall, k, Vec<Dim>(v), small))
             holds_skeleton[static_cast<std::size_t>(axis->dir)] = true;
       }
+      double* unforced = patch.projection.unforced.data() + static_cast<std::ptrdiff_t>(i) * Dim;
+      const double n = patch.liquid.porosity[static_cast<std::size_t>(i)];
       for (int d = 0; d < Dim; ++d) {
         const double Q = dt * at(patch.liquid.drag, i)[d];
         const bool held = holds_skeleton[static_cast<std::size_t>(d)];
@@ -215,13 +218,16 @@ void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
         if (!held && !held_liquid) {
           const double slip =
               (on_liquid / m_l - on_skeleton / m) / (1.0 + Q * (1.0 / m + 1.0 / m_l));
-          v[d] -= heavy * (on_skeleton + Q * slip) / m + light * dt * a[d];
-          w[d] -= heavy * (on_liquid - Q * slip) / m_l + light * dt * a_l[d];
+          v[d] -= (on_skeleton + Q * slip) / m;
+          w[d] -= (on_liquid - Q * slip) / m_l;
         } else if (!held) {
-          v[d] -= heavy * on_skeleton / (m + Q) + light * dt * a[d];
+          v[d] -= on_skeleton / (m + Q);
         } else if (!held_liquid) {
-          w[d] -= heavy * on_liquid / (m_l + Q) + light * dt * a_l[d];
+          w[d] -= on_liquid / (m_l + Q);
         }
+        if (!held) v[d] -= light * dt * a[d];
+        if (!held_liquid) w[d] -= light * dt * a_l[d];
+        unforced[d] = light * ((held ? 0.0 : 1.0 - n) + (held_liquid ? 0.0 : n));
       }
     }
 }
@@ -302,6 +308,8 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.system.blocks.assign(patch.system.column.size(), 0.0);
   clear_sums(patch, step, NodeSum::divergence);
   add_filled_cells(patch, step);
+  if (step.model->analysis.two_phase)
+    nodes.unforced.assign(static_cast<std::size_t>(patch.n_nodes()) * Dim, 0.0);
   take_out_weight(patch, step);
   if (step.model->analysis.two_phase) liquid_discharge(patch);
   give_pressures(patch, step);

@@ -1,4 +1,5 @@
 /// \file Particles in projections, when the change of the pressure is known.
+#include <algorithm>
 #include <utility>
 
 #include "physics/basis/any_basis.h"
@@ -49,6 +50,39 @@ LAHAR_INLINE LawInput<Dim, Pack> shear_of(const Pack (&L)[Dim][Dim], double dt) 
   return in;
 }
 
+/// Call `take(p, n, dp)` for the particles of bins for which `only` holds (projection.h).
+template <int Dim, class Only, class Take>
+void for_each_change(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins, double kept,
+                     const Only& only, const Take& take) {
+  const double* V = patch.particles.row(Column::volume);
+  const double* nodal = patch.projection.change.data();
+  for_each_bin_with_basis(
+      patch, bins, only, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        const auto change_at = [&](Local p) {
+          Pack N[n_nodes], change(0.0);
+          basis.functions(p, N);
+          for (int i = 0; i < n_nodes; ++i) change = multiply_add(change, N[i], nodal + nodes[i]);
+          return change;
+        };
+        Pack work(0.0), volume(0.0);
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          const Pack of_particles = load_first<Pack>(V + p, bin.end - p);
+          work += first_lanes(Pack(of_particles * change_at(p)), bin.end - p);
+          volume += of_particles;
+        }
+        double centre = 0;
+        for (int i = 0; i < n_nodes; ++i) centre += nodal[nodes[i]] / n_nodes;
+        const auto c = static_cast<std::size_t>(bin.cell);
+        const double filled =
+            volume_in(patch, c) / model.mesh->cell_volume(patch.topology.cells[c]);
+        const double shift =
+            kept * std::min(1.0, filled) * (centre - reduce(work) / reduce(volume));
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
+          take(p, bin.end - p, change_at(p) + shift);
+      });
+}
+
 }  // namespace
 
 template <int Dim>
@@ -63,18 +97,15 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
   double* sums = patch.own_sums(NodeSum::force, step.step);
   double* liquid_sums = two_phase ? patch.own_sums(NodeSum::liquid_force, step.step) : nullptr;
   const double* V = patch.particles.row(Column::volume);
-  const double* m = patch.particles.row(Column::mass);
   const double* change = patch.projection.change.data();
-  const bool measures = !patch.measured.empty(), nodal = !patch.liquid.porosity.empty();
+  const bool measures = !patch.measured.empty();
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-        const auto& liquid = step.model->materials[bin.material].liquid;
-        Pack force[n_nodes][Dim], of_liquid[n_nodes][Dim], at_surface[n_nodes][Dim];
+        Pack force[n_nodes][Dim], at_surface[n_nodes][Dim];
         for (int i = 0; i < n_nodes; ++i)
-          for (int d = 0; d < Dim; ++d)
-            force[i][d] = of_liquid[i][d] = at_surface[i][d] = Pack(0.0);
+          for (int d = 0; d < Dim; ++d) force[i][d] = at_surface[i][d] = Pack(0.0);
         for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
           const Local n = bin.end - p;
           Pack N[n_nodes], dN[Dim][n_nodes], gradient[Dim];
@@ -82,17 +113,9 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
           basis.gradients(p, dN);
           gradient_of_scalar<Dim>(dN, change, nodes, gradient);
           const Pack volume = load_first<Pack>(V + p, n);
-          Pack porosity(0.0);
-          if (nodal)  // nodes multiply by theirs
-            porosity = Pack(1.0);
-          else if (liquid)
-            porosity =
-                first_lanes(Pores(*liquid).porosity(load<Pack>(m + p), load<Pack>(V + p)), n);
           for (int i = 0; i < n_nodes; ++i)
             for (int d = 0; d < Dim; ++d) {
-              const Pack f = volume * N[i] * gradient[d];
-              force[i][d] -= f;
-              if (liquid) of_liquid[i][d] -= porosity * f;
+              force[i][d] -= volume * N[i] * gradient[d];
             }
           if (!measures) continue;
           Pack pressure(0.0);
@@ -104,8 +127,9 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
         for (int i = 0; i < n_nodes; ++i)
           for (int d = 0; d < Dim; ++d) {
             const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d;
-            sums[at] += reduce(force[i][d]);
-            if (liquid) liquid_sums[at] += reduce(of_liquid[i][d]);
+            const double pushed = reduce(force[i][d]);
+            sums[at] += pushed;
+            if (two_phase) liquid_sums[at] += pushed;  // nodes multiply by their porosity
           }
         if (!measures) return;
         for (int i = 0; i < n_nodes; ++i) {
@@ -156,8 +180,8 @@ void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
   const double kept = step.model->analysis.projection.kept;
   const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
   double* pressure = patch.particles.row(Column::state);
-  interpolate_bins<Pack>(
-      patch, bins, patch.projection.change.data(), [](const ParticleBin&) { return true; },
+  for_each_change(
+      patch, *step.model, bins, kept, [](const ParticleBin&) { return true; },
       [&](Local p, Local n, const Pack& change) {
         const Pack before = load<Pack>(pressure + p), after = kept * before + change;
         for (std::size_t k = 0; k < 3; ++k)
@@ -170,34 +194,10 @@ template <int Dim>
 void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,
                           double kept) {
   double* pressure = patch.particles.row(Column::pore_pressure);
-  const double* V = patch.particles.row(Column::volume);
-  const double* nodal = patch.projection.change.data();
-  const auto has_pores = has_liquid(model);
-  for_each_bin_with_basis(
-      patch, bins, has_pores, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-        const auto change_at = [&](Local p) {
-          Pack N[n_nodes], change(0.0);
-          basis.functions(p, N);
-          for (int i = 0; i < n_nodes; ++i) change = multiply_add(change, N[i], nodal + nodes[i]);
-          return change;
-        };
-        Pack work(0.0), volume(0.0);
-        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-          const Pack of_particles = load_first<Pack>(V + p, bin.end - p);
-          work += first_lanes(Pack(of_particles * change_at(p)), bin.end - p);
-          volume += of_particles;
-        }
-        double centre = 0;
-        for (int i = 0; i < n_nodes; ++i) centre += nodal[nodes[i]] / n_nodes;
-        const auto c = static_cast<std::size_t>(bin.cell);
-        const double filled =
-            volume_in(patch, c) / model.mesh->cell_volume(patch.topology.cells[c]);
-        const double shift = std::min(1.0, filled) * (centre - reduce(work) / reduce(volume));
-        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
-          store_first(Pack(kept * load<Pack>(pressure + p) + change_at(p) + shift), pressure + p,
-                      bin.end - p);
-      });
+  for_each_change(patch, model, bins, kept, has_liquid(model),
+                  [&](Local p, Local n, const Pack& change) {
+                    store_first(Pack(kept * load<Pack>(pressure + p) + change), pressure + p, n);
+                  });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                \

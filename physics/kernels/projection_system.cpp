@@ -14,6 +14,7 @@
 #include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_place.h"
+#include "physics/particles/node_sums.h"
 
 namespace lahar {
 
@@ -26,7 +27,6 @@ struct BinFlow {
   double mobility[Dim]{};                ///< [m^6/kg] sum_p V_p c_d
   double storage = 0;                    ///< [m^3/Pa] sum_p V_p n / K
   double released = 0;                   ///< [m^3] of it, where a part of the pressure is not kept
-  double porosity = 0;                   ///< [-]; 0 of a fluid
   Vec<Dim> centre = Vec<Dim>::Zero();    ///< [m] mean place of `released`
   Vec<Dim> gradient = Vec<Dim>::Zero();  ///< [m^2] of `released`, in the cell
 
@@ -107,7 +107,6 @@ BinFlow<Dim> flow_in_pores(const Patch<Dim>& patch, const ParticleBin& bin, cons
     flow.storage += storage;
     flow.released += storage * (1.0 - kept) * pressure[p];
   }
-  flow.porosity = mean_porosity(patch, pores, bin);
   if (kept < 1.0) {
     const auto [centre, gradient] = gradient_in_bin(patch, bin, pressure);
     flow.centre = centre;
@@ -134,6 +133,22 @@ double divergence_at(const QuadraturePoint<Dim, Nodes>& point, const NodeArray& 
       sum += point.dN[d][i] *
              v[static_cast<std::size_t>(nodes[i]) * node_width + static_cast<std::size_t>(d)];
   return sum;
+}
+
+/// The mean acceleration of the discharge of a cell's nodes, by mass [m/s^2].
+template <int Dim, int Nodes>
+Vec<Dim> mean_acceleration(const Patch<Dim>& patch, const Local* nodes) {
+  Vec<Dim> sum = Vec<Dim>::Zero();
+  double mass = 0;
+  for (int i = 0; i < Nodes; ++i) {
+    const double m = at(patch.velocity, nodes[i])[mass_lane];
+    const double n = patch.liquid.porosity[static_cast<std::size_t>(nodes[i])];
+    const double *a = at(patch.acceleration, nodes[i]),
+                 *a_l = at(patch.liquid.acceleration, nodes[i]);
+    for (int d = 0; d < Dim; ++d) sum[d] += m * (a[d] + n * (a_l[d] - a[d]));
+    mass += m;
+  }
+  return mass > 0 ? Vec<Dim>(sum / mass) : sum;
 }
 
 /// What material gives to the nodes of its cell.
@@ -182,11 +197,14 @@ void add_cell(Patch<Dim>& patch, const StepContext<Dim>& step, const BinFlow<Dim
     for (std::size_t i = 0; i < Nodes; ++i) place[i] = place_of(patch, *step.model->mesh, nodes[i]);
   CellFlow<Nodes> cell;
   const bool nodal = !patch.liquid.porosity.empty();
+  Vec<Dim> forced = Vec<Dim>::Zero();
+  if (nodal) forced = step.dt * mean_acceleration<Dim, Nodes>(patch, nodes);
   for (const auto& point : points) {
     double rate = divergence_at(point, nodal ? patch.liquid.discharge : patch.velocity, nodes);
-    if (flow.porosity > 0 && !nodal)
-      rate = (1.0 - flow.porosity) * rate +
-             flow.porosity * divergence_at(point, patch.liquid.velocity, nodes);
+    for (int i = 0; nodal && i < Nodes; ++i)
+      for (int d = 0; d < Dim; ++d)
+        rate += point.dN[d][i] * forced[d] *
+                patch.projection.unforced[static_cast<std::size_t>(nodes[i] * Dim + d)];
     cell.add(flow, point, rate, step.dt, weight.velocity, weight.gradient, place);
   }
   double* sums = patch.own_sums(NodeSum::divergence, step.step);

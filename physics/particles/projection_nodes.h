@@ -12,6 +12,9 @@ namespace lahar {
 struct ProjectionNodes {
   std::vector<double> space;   ///< [m^3] of the mesh's cells around the node
   std::vector<double> volume;  ///< [m^3] sum_p N_i V_p
+  /// [-] by axis, shares of the discharge of light nodes whose v* lack what forces gave them; only
+  /// with a liquid in pores.
+  std::vector<double> unforced;
   std::vector<double> change;  ///< [Pa] of the pressure in the step; before the solve what is given
   PatchWork work;              ///< before the step
 };

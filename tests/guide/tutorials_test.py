@@ -159,15 +159,21 @@ def run_page(page, program, store):
             elif title:
                 (folder / title).parent.mkdir(parents=True, exist_ok=True)
                 (folder / title).write_text(body, encoding="utf-8")
+        wrong = []
         for name in PICTURE.findall(text):
-            if not (folder / name).exists():
-                raise Wrong(f"no command makes the picture {name}")
-            if store:
-                store_picture(folder / name, page.parent / name)
-            else:
-                # As it would be stored, so that sizes agree.
-                store_picture(folder / name, folder / "stored.png")
-                check_picture(folder / "stored.png", page.parent / name)
+            try:
+                if not (folder / name).exists():
+                    raise Wrong(f"no command makes the picture {name}")
+                if store:
+                    store_picture(folder / name, page.parent / name)
+                else:
+                    # As it would be stored, so that sizes agree.
+                    store_picture(folder / name, folder / "stored.png")
+                    check_picture(folder / "stored.png", page.parent / name)
+            except Wrong as error:  # one picture does not hide the next
+                wrong.append(str(error))
+        if wrong:
+            raise Wrong("\n  ".join(wrong))
     if not commands:
         raise Wrong("has no commands")
 
