@@ -135,6 +135,7 @@ class ScenarioBuilder {
   void check_phases();     ///< after the particles
   void check_two_phase();  ///< after the analysis
   void warn_of_porosities();
+  void warn_of_held_water();
   void refuse_without_liquid(const JsonValue& at);
   bool holds_both_phases(const JsonValue& object) const;
   std::optional<int> phase_direction_of(const JsonValue& object);

@@ -108,7 +108,7 @@ void ScenarioBuilder<Dim>::choose_kept_pressure() {
   std::optional<double> kept;
   if (given && given->is<JsonValue::Object>()) kept = get_number(*given, "beta");
   a.projection.kept = kept.value_or(a.two_phase || a.as_cbgeo ? 1.0 : 0.0);
-  if (a.projection.kept > 0 && prescribes_pressure())
+  if (a.projection.kept > 0 && !a.two_phase && prescribes_pressure())
     in_.error(*boundary().find("pressure_constraints"),
               fmt::format("a pressure other than 0 does not go together with a 'beta' of {:g}: "
                           "nothing holds the pressure that is kept against it",

@@ -167,6 +167,34 @@ void ScenarioBuilder<Dim>::warn_of_porosities() {
               "take \"musl\", or one porosity");
 }
 
+// Who holds a plane in the direction of its normal means the soil: with both phases held, the water
+// that the prescribed pressure drives has no way.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_held_water() {
+  if (!is_projection(model_.analysis) || !prescribes_pressure()) return;
+  for (int d = 0; d < Dim; ++d) {
+    std::vector<Index> held;
+    for (const NodeVelocity& v : model_.liquid_velocities)
+      if (v.dir == d) held.push_back(v.node);
+    std::sort(held.begin(), held.end());
+    bool all_held = true;
+    double low = infinity, high = -infinity;
+    for (const NodePressure& given : entries_of<NodePressure>(model_)) {
+      if (given.pressure == 0.0) continue;
+      all_held = all_held && std::binary_search(held.begin(), held.end(), given.node);
+      low = std::min(low, mesh_->node(given.node)[d]);
+      high = std::max(high, mesh_->node(given.node)[d]);
+    }
+    const auto ends = team_.most({-low, high});
+    if (team_.any(!all_held) || ends[0] + ends[1] > 0) continue;
+    in_.warning(*boundary().find("pressure_constraints"),
+                fmt::format("water is held along {} at the nodes where its pressure is prescribed: "
+                            "it does not pass them",
+                            "xyz"[d]),
+                "write \"phase\": \"skeleton\" in the velocity constraint");
+  }
+}
+
 template <int Dim>
 bool ScenarioBuilder<Dim>::prescribes_pressure() {
   const auto& all = entries_of<NodePressure>(model_);
@@ -195,8 +223,8 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   if (!is_projection(a) && prescribes_pressure())
     in_.error(*boundary().find("pressure_constraints"),
               "a pressure other than 0 is not supported yet: nothing holds it against the water",
-              "give the pressure p of water outside as two tractions: p on the mixture, and with "
-              "\"phase\": \"liquid\" p times the porosity");
+              "take \"mpm_scheme\": \"projection\", or give the pressure p of water outside as two "
+              "tractions: p on the mixture, and with \"phase\": \"liquid\" p times the porosity");
   if (has_filter(a.transfer))
     refuse(analysis.find("velocity_update"), "a velocity transfer of an order above 1",
            "use \"flip\", \"pic\", \"apic\" or \"tpic\"");
@@ -204,6 +232,7 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   if (resume && get_bool(*resume, "resume").value_or(false))
     refuse(resume, "'resume'", "continue a run of Lahar with --restart");
   if (!in_.cbgeo_defaults && !has_nodal_porosity(a)) warn_of_porosities();
+  warn_of_held_water();
 }
 
 template <int Dim>

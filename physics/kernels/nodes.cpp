@@ -176,6 +176,7 @@ double power_of(Patch<Dim>& patch, const StepContext<Dim>& step, Force force) {
 // strains are taken from the mapped velocities. Energy that particles do not have is else counted.
 template <int Dim>
 void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
   const Analysis& analysis = step.model->analysis;
   const bool damps = analysis.damping > 0.0, transfer = counts_at_nodes(analysis);
   const auto of_all = [&] {

@@ -8,10 +8,10 @@
 /// Integrals are over cells. A cell is full if its particles fill some share of it
 /// (Projection::least_fill): else a few particles would leave its pressure undetermined, or make
 /// its gradient too large. A fluid without a free surface also fills cells that lost all particles.
-/// u is the discharge: v of a fluid, v + n (v_l - v) where a liquid moves in the pores of a skeleton,
-/// with the porosity n of nodes (two_phase.h). c is what a unit pressure gradient changes of it per
-/// time and volume: 1 / rho of a fluid; with both phases, whose drag q = n^2 r is implicit as at the
-/// nodes,
+/// u is the discharge: v of a fluid, v + n (v_l - v) where a liquid moves in the pores of a
+/// skeleton, with the porosity n of nodes (two_phase.h). c is what a unit pressure gradient changes
+/// of it per time and volume: 1 / rho of a fluid; with both phases, whose drag q = n^2 r is
+/// implicit as at the nodes, and with n of the cell,
 ///
 ///     c_d = ((1 - n)^2 rho_l' + n^2 rho_s' + dt q_d) / (rho_s' rho_l' + dt q_d (rho_s' + rho_l')),
 ///
@@ -31,7 +31,8 @@
 /// gradient of water at rest does to both phases: b_i gets int dt c_d rho_l g_d dN_i/dx_d dV, and
 /// u* is without the impulses of that gradient at the nodes. (Else the operators of b and A differ
 /// at borders, and the skeleton takes over the weight of the water, the more the less permeable it
-/// is.)
+/// is.) Nodes with little mass have accelerations of no meaning: v* of soil has the mean
+/// acceleration of a cell's nodes in their place (ProjectionNodes::unforced).
 ///
 /// Velocities without divergence at nodes do not keep particles evenly spread: errors of steps add
 /// up where flows meet, such as in corners. A fluid without a free surface cannot close its voids.
@@ -77,7 +78,8 @@ void update_shear_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
 template <int Dim>
 void leave_out_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// {., m p}_i += sum_p N_i m_p p_p, of what is kept.
+/// {m q, m p}_i += sum_p N_i m_p {p_p + grad p . (x_i - x_p), p_p}, of what is kept, with its
+/// gradient in the cell.
 template <int Dim>
 void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
@@ -109,8 +111,8 @@ template <int Dim>
 void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// At the beginning of a run: a pressure of the liquid in pores that was given as it is inside
-/// becomes zero at free surfaces. Particles take -sum_i N_i p_i of the nodes there, p_i being
-/// means.
+/// becomes zero at free surfaces. Particles take -sum_i N_i p_i of the nodes there, p_i being that
+/// of the particles around, with its gradient.
 template <int Dim>
 void drain_surfaces(Patch<Dim>& patch, const StepContext<Dim>& step);
 
@@ -137,15 +139,15 @@ void begin_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// The pressure of fluids becomes what is kept of it, and dp. Volumes do not change. What acts in
-/// the next step, the kept share of dp, is that of a full cell's centre: where particles lie to one
-/// side of their cells, a dp that alternates from node to node would else push cells against each
-/// other, in velocities without divergence, and grow.
+/// The pressure of fluids becomes what is kept of it, and dp. Volumes do not change.
 template <int Dim>
 void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
-/// The pressure of a liquid in pores becomes `kept` of it, and dp, in the same way.
+/// The same of a liquid in pores. Forces take the mean of the particles of a cell. Where all is
+/// kept, that of a full cell gets dp at its centre: if particles lie to one side of their cells, a
+/// dp that alternates from node to node would else push cells against each other, in velocities
+/// without divergence, and grow. Particles differ from the mean as ProjectionNodes::level does,
+/// else what no force answers to would stay in them.
 template <int Dim>
-void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,
-                          double kept);
+void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
 }  // namespace lahar

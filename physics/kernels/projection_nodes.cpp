@@ -4,12 +4,15 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/basis/any_basis.h"
 #include "physics/boundary/wall_axes.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/matrix_pattern.h"
+#include "physics/kernels/pore_rows.h"
 #include "physics/kernels/projection.h"
 #include "physics/kernels/two_phase.h"
 #include "physics/materials/law.h"
+#include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_space.h"
 #include "physics/particles/node_sums.h"
@@ -30,10 +33,13 @@ template <int Dim>
 void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
   double* sums = patch.own_sums(NodeSum::divergence, step.step);
   const bool has_surface = step.model->analysis.projection.free_surface;
+  patch.projection.filled.assign(patch.first_bin.size(), 0.0);
   for (std::size_t c = 0; c < patch.first_bin.size(); ++c) {
     if (patch.first_bin[c] < 0) continue;
     const double volume = step.model->mesh->cell_volume(patch.topology.cells[c]);
-    if (!is_filled(*step.model, volume_in(patch, c), volume)) continue;
+    const double in_cell = volume_in(patch, c);
+    patch.projection.filled[c] = in_cell / volume;
+    if (!is_filled(*step.model, in_cell, volume)) continue;
     const auto nodes = patch.topology.element_nodes(c);
     for (const Local node : nodes)
       sums[static_cast<std::ptrdiff_t>(node) * sum_stride + 2] +=
@@ -113,21 +119,52 @@ void hold_islands(Patch<Dim>& patch) {
     }
 }
 
-/// Changes of the pressure where it is prescribed: from what is kept to what is given.
+/// The pressure that is prescribed at a node, at time t [Pa].
+template <int Dim>
+double given_at(const Model<Dim>& model, const typename Patch<Dim>::FixedPressure& fixed,
+                double t) {
+  return fixed.pressure * load_factor(model, fixed.function, t);
+}
+
+/// Changes of the pressure where it is prescribed: at the beginning, and of fluids, from what is
+/// kept to what is given. Later what is given in pores changes by itself: particles follow.
 template <int Dim>
 void give_pressures(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.projection.change.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
   if (patch.fixed_pressure.empty()) return;
   const SumOverPatches<Dim> kept(patch, NodeSum::kept_pressure, step.step);
-  const bool keeps = step.model->analysis.projection.kept > 0;
+  const double share = step.model->analysis.projection.kept;
+  const bool follows = step.model->analysis.two_phase && !patch.projection.begins;
+  const int lane = step.model->analysis.two_phase ? 0 : 1;
   for (const auto& fixed : patch.fixed_pressure) {
     const auto node = static_cast<std::size_t>(fixed.node);
     if (!patch.node_is_active[node]) continue;
-    double change = fixed.pressure * load_factor(*step.model, fixed.function, step.time + step.dt);
+    double change = given_at(*step.model, fixed, step.time + step.dt);
     const double mass = at(patch.velocity, fixed.node)[mass_lane];
-    if (keeps && mass > 0) change -= kept.at(fixed.node)[mass_lane] / mass;
+    if (follows)
+      change -= share * given_at(*step.model, fixed, step.time);
+    else if (share > 0 && mass > 0)
+      change -= kept.at(fixed.node)[lane] / mass;
     patch.projection.change[node] = change;
   }
+}
+
+/// ProjectionNodes::level without the change of the step. With all of the gradient in cells, one
+/// that alternates from cell to cell would stay: its gradients would follow from themselves.
+template <int Dim>
+void find_level(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  constexpr double share_of_gradient = 0.9;
+  std::vector<double>& level = patch.projection.level;
+  level.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::kept_pressure, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  const double mass = at(patch.velocity, i)[mass_lane];
+                  if (!(mass > 0)) return;
+                  level[static_cast<std::size_t>(i)] =
+                      (sum[1] + share_of_gradient * (sum[0] - sum[1])) / mass;
+                });
+  for (const auto& fixed : patch.fixed_pressure)
+    level[static_cast<std::size_t>(fixed.node)] = given_at(*step.model, fixed, step.time);
 }
 
 /// Whether a wall holds its node along local axis k: one-sided walls do where the node, with the
@@ -313,6 +350,7 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   take_out_weight(patch, step);
   if (step.model->analysis.two_phase) liquid_discharge(patch);
   give_pressures(patch, step);
+  if (keeps_all_pore_pressure(step.model->analysis)) find_level(patch, step);
   add_voids(patch, step, voids);
 }
 
@@ -364,6 +402,7 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim>
 void drain_surfaces(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
+  patch.projection.begins = true;
   std::vector<double>& change = patch.projection.change;
   change.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::kept_pressure, step.step),
@@ -373,9 +412,13 @@ void drain_surfaces(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   const bool at_surface =
                       patch.system.held[node] && patch.projection.volume[node] > 0;
                   if (at_surface && mass > 0 && !find_node(patch.fixed_pressure, i))
-                    change[node] = -sum[mass_lane] / mass;
+                    change[node] = -sum[0] / mass;
                 });
-  change_pore_pressure(patch, *step.model, patch.bins, 1.0);
+  double* pressure = patch.particles.row(Column::pore_pressure);
+  interpolate_bins<Pack>(patch, patch.bins, change.data(), has_liquid(*step.model),
+                         [&](Local p, Local n, const Pack& drained) {
+                           store_first(Pack(load<Pack>(pressure + p) + drained), pressure + p, n);
+                         });
 }
 
 template <int Dim>
@@ -406,9 +449,15 @@ void take_out_mean(Patch<Dim>& patch, double mean) {
 template <int Dim>
 void take_pressure(Patch<Dim>& patch) {
   if (patch.active_nodes.empty()) return;
-  std::vector<double>& change = patch.projection.change;
-  for (std::size_t i = 0; i < change.size(); ++i)
+  patch.projection.begins = false;
+  std::vector<double>&change = patch.projection.change, &level = patch.projection.level;
+  for (std::size_t i = 0; i < change.size(); ++i) {
     change[i] += patch.system.solution[i * node_width];
+    if (level.empty()) continue;
+    const bool at_surface = patch.system.held[i] && patch.projection.volume[i] > 0 &&
+                            !find_node(patch.fixed_pressure, static_cast<Local>(i));
+    level[i] = at_surface ? 0.0 : level[i] + change[i];
+  }
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                    \

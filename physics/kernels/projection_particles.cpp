@@ -9,6 +9,7 @@
 #include "physics/kernels/projection.h"
 #include "physics/kernels/strain_rate.h"
 #include "physics/materials/law.h"
+#include "physics/model/transfer_options.h"
 
 namespace lahar {
 
@@ -50,39 +51,6 @@ LAHAR_INLINE LawInput<Dim, Pack> shear_of(const Pack (&L)[Dim][Dim], double dt) 
   return in;
 }
 
-/// Call `take(p, n, dp)` for the particles of bins for which `only` holds (projection.h).
-template <int Dim, class Only, class Take>
-void for_each_change(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins, double kept,
-                     const Only& only, const Take& take) {
-  const double* V = patch.particles.row(Column::volume);
-  const double* nodal = patch.projection.change.data();
-  for_each_bin_with_basis(
-      patch, bins, only, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-        const auto change_at = [&](Local p) {
-          Pack N[n_nodes], change(0.0);
-          basis.functions(p, N);
-          for (int i = 0; i < n_nodes; ++i) change = multiply_add(change, N[i], nodal + nodes[i]);
-          return change;
-        };
-        Pack work(0.0), volume(0.0);
-        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-          const Pack of_particles = load_first<Pack>(V + p, bin.end - p);
-          work += first_lanes(Pack(of_particles * change_at(p)), bin.end - p);
-          volume += of_particles;
-        }
-        double centre = 0;
-        for (int i = 0; i < n_nodes; ++i) centre += nodal[nodes[i]] / n_nodes;
-        const auto c = static_cast<std::size_t>(bin.cell);
-        const double filled =
-            volume_in(patch, c) / model.mesh->cell_volume(patch.topology.cells[c]);
-        const double shift =
-            kept * std::min(1.0, filled) * (centre - reduce(work) / reduce(volume));
-        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
-          take(p, bin.end - p, change_at(p) + shift);
-      });
-}
-
 }  // namespace
 
 template <int Dim>
@@ -114,9 +82,7 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
           gradient_of_scalar<Dim>(dN, change, nodes, gradient);
           const Pack volume = load_first<Pack>(V + p, n);
           for (int i = 0; i < n_nodes; ++i)
-            for (int d = 0; d < Dim; ++d) {
-              force[i][d] -= volume * N[i] * gradient[d];
-            }
+            for (int d = 0; d < Dim; ++d) force[i][d] -= volume * N[i] * gradient[d];
           if (!measures) continue;
           Pack pressure(0.0);
           for (int i = 0; i < n_nodes; ++i) pressure += N[i] * change[nodes[i]];
@@ -180,8 +146,8 @@ void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
   const double kept = step.model->analysis.projection.kept;
   const auto stress = patch.particles.template rows<stress_components<Dim>>(Column::stress);
   double* pressure = patch.particles.row(Column::state);
-  for_each_change(
-      patch, *step.model, bins, kept, [](const ParticleBin&) { return true; },
+  interpolate_bins<Pack>(
+      patch, bins, patch.projection.change.data(), [](const ParticleBin&) { return true; },
       [&](Local p, Local n, const Pack& change) {
         const Pack before = load<Pack>(pressure + p), after = kept * before + change;
         for (std::size_t k = 0; k < 3; ++k)
@@ -191,13 +157,46 @@ void change_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBi
 }
 
 template <int Dim>
-void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBins bins,
-                          double kept) {
+void change_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   double* pressure = patch.particles.row(Column::pore_pressure);
-  for_each_change(patch, model, bins, kept, has_liquid(model),
-                  [&](Local p, Local n, const Pack& change) {
-                    store_first(Pack(kept * load<Pack>(pressure + p) + change), pressure + p, n);
-                  });
+  const double* V = patch.particles.row(Column::volume);
+  const double* change = patch.projection.change.data();
+  const double kept = step.model->analysis.projection.kept;
+  const auto has_pores = has_liquid(*step.model);
+  if (!keeps_all_pore_pressure(step.model->analysis))
+    return interpolate_bins<Pack>(
+        patch, bins, change, has_pores, [&](Local p, Local n, const Pack& dp) {
+          store_first(Pack(kept * load<Pack>(pressure + p) + dp), pressure + p, n);
+        });
+  const double* level = patch.projection.level.data();
+  for_each_bin_with_basis(
+      patch, bins, has_pores, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        const auto at_particles = [&](Local p, const double* nodal) {
+          Pack N[n_nodes], sum(0.0);
+          basis.functions(p, N);
+          for (int i = 0; i < n_nodes; ++i) sum = multiply_add(sum, N[i], nodal + nodes[i]);
+          return sum;
+        };
+        Pack volume(0.0), before(0.0), changed(0.0), levels(0.0);
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          const Local n = bin.end - p;
+          const Pack of_particles = load_first<Pack>(V + p, n);
+          volume += of_particles;
+          before += first_lanes(Pack(of_particles * load<Pack>(pressure + p)), n);
+          changed += first_lanes(Pack(of_particles * at_particles(p, change)), n);
+          levels += first_lanes(Pack(of_particles * at_particles(p, level)), n);
+        }
+        const double all = reduce(volume), mean_change = reduce(changed) / all;
+        double centre = 0;
+        for (int i = 0; i < n_nodes; ++i) centre += change[nodes[i]] / n_nodes;
+        const double filled = patch.projection.filled[static_cast<std::size_t>(bin.cell)];
+        const double mean =
+            reduce(before) / all + mean_change + std::min(1.0, filled) * (centre - mean_change);
+        const double offset = mean - reduce(levels) / all;
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
+          store_first(Pack(at_particles(p, level) + offset), pressure + p, bin.end - p);
+      });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                \
@@ -205,7 +204,7 @@ void change_pore_pressure(Patch<Dim>& patch, const Model<Dim>& model, ParticleBi
   template void add_pressure_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   template void update_shear_stress<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   template void change_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);     \
-  template void change_pore_pressure<Dim>(Patch<Dim>&, const Model<Dim>&, ParticleBins, double);
+  template void change_pore_pressure<Dim>(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

@@ -309,21 +309,39 @@ void leave_out_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
 template <int Dim>
 void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const Analysis& analysis = step.model->analysis;
-  const auto rows = pore_rows<2>(patch.particles.capacity());
+  const auto x = patch.particles.template rows<Dim>(Column::x);
   const double* m = patch.particles.row(Column::mass);
   const double* pressure =
       patch.particles.row(analysis.two_phase ? Column::pore_pressure : Column::state);
-  for (const ParticleBin& bin : bins)
-    for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-      store_first(Pack(analysis.projection.kept * load<Pack>(m + p) * load<Pack>(pressure + p)),
-                  rows[0] + p, bin.end - p);
-      store_first(Pack(0.0), rows[1] + p, bin.end - p);
-    }
-  general::ParticleMomentum<Dim> particle;
-  particle.m = rows[0];
-  particle.v.fill(rows[1]);
-  map_momentum_of<Dim, Pack>(patch, bins, particle,
-                             patch.own_sums(NodeSum::kept_pressure, step.step));
+  double* sums = patch.own_sums(NodeSum::kept_pressure, step.step);
+  for_each_bin_with_basis(
+      patch, bins, [](const ParticleBin&) { return true; },
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        const auto gradient = gradient_in_bin(patch, bin, pressure).second;
+        Pack at_node[n_nodes], at_particle[n_nodes];
+        for (int i = 0; i < n_nodes; ++i) at_node[i] = at_particle[i] = Pack(0.0);
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          Pack N[n_nodes], from_origin = load<Pack>(pressure + p);  // of the gradient
+          basis.functions(p, N);
+          const Pack mass = load_first<Pack>(m + p, bin.end - p);
+          const Pack own = first_lanes(from_origin, bin.end - p);
+          for (std::size_t d = 0; d < Dim; ++d)
+            from_origin -= gradient[static_cast<int>(d)] * load<Pack>(x[d] + p);
+          from_origin = first_lanes(from_origin, bin.end - p);
+          for (int i = 0; i < n_nodes; ++i) {
+            const Pack share = N[i] * mass;
+            const Vec<Dim> place = place_of(patch, *step.model->mesh, nodes[i]);
+            at_node[i] += share * (from_origin + gradient.dot(place));
+            at_particle[i] += share * own;
+          }
+        }
+        for (int i = 0; i < n_nodes; ++i) {
+          double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
+          at[0] += analysis.projection.kept * reduce(at_node[i]);
+          at[1] += analysis.projection.kept * reduce(at_particle[i]);
+        }
+      });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                  \

@@ -11,7 +11,7 @@
 /// -grad(n p), which is another one where layers of different porosity meet. The same holds for
 /// the change of the pressure, whose work is that of these forces:
 ///     dp/dt = -K / n div u,    u_i = v_i + n_i (v_l,i - v_i).
-/// USF, projections and CB-Geo MPM have the porosity of particles in both.
+/// USF and CB-Geo MPM have the porosity of particles in both.
 ///
 /// Drag is implicit at the node: a system of two equations for each direction, so that the step has
 /// no limit of 2 k / (n g).
@@ -89,7 +89,7 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void update_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// Before update_pore_pressure(): u of nodes.
+/// u of nodes, before update_pore_pressure() or the system of a projection.
 template <int Dim>
 void liquid_discharge(Patch<Dim>& patch);
 

@@ -94,6 +94,7 @@ void liquid_velocity(Patch<Dim>& patch, const StepContext<Dim>& step) {
 
 template <int Dim>
 void liquid_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  if (patch.active_nodes.empty()) return;
   take_velocity_again(patch, step, NodeSum::liquid_momentum, patch.liquid.velocity);
   prescribe_liquid(patch);
 }

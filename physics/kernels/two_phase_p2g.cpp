@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "physics/basis/any_basis.h"
 #include "physics/basis/basis.h"
 #include "physics/basis/cell_map.h"
 #include "physics/basis/linear_basis.h"
@@ -133,6 +134,50 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
                              patch.own_sums(NodeSum::liquid_force, step.step));
 }
 
+/// What pressures that are prescribed at nodes do: forces of the pore pressure p, sum_p V p grad N,
+/// are those of a surface without pressure. Where it has one, with p_g the prescribed pressures and
+/// their functions, they are sum_p V ((p - p_g) grad N - N grad p_g).
+template <int Dim>
+void add_given_pressures(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  std::vector<double> given(static_cast<std::size_t>(patch.n_nodes()), 0.0);
+  const double share = acting_share(step.model->analysis);
+  for (const auto& fixed : patch.fixed_pressure)
+    given[static_cast<std::size_t>(fixed.node)] =
+        share * fixed.pressure * load_factor(*step.model, fixed.function, step.time);
+  double* mixture = patch.own_sums(NodeSum::force, step.step);
+  double* liquid = patch.own_sums(NodeSum::liquid_force, step.step);
+  const double* V = patch.particles.row(Column::volume);
+  for_each_bin_with_basis(
+      patch, bins, has_liquid(*step.model),
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        double at_node[n_nodes];
+        bool any = false;
+        for (int i = 0; i < n_nodes; ++i) {
+          at_node[i] = given[static_cast<std::size_t>(nodes[i])];
+          any = any || at_node[i] != 0.0;
+        }
+        if (!any) return;
+        for (Local p = bin.begin; p < bin.end; ++p) {
+          Scalar N[n_nodes], dN[Dim][n_nodes];
+          basis.functions(p, N);
+          basis.gradients(p, dN);
+          double pressure = 0, gradient[Dim]{};
+          for (int i = 0; i < n_nodes; ++i) {
+            pressure += N[i][0] * at_node[i];
+            for (int d = 0; d < Dim; ++d) gradient[d] += dN[d][i][0] * at_node[i];
+          }
+          for (int i = 0; i < n_nodes; ++i)
+            for (int d = 0; d < Dim; ++d) {
+              const double f = V[p] * (pressure * dN[d][i][0] + N[i][0] * gradient[d]);
+              const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d;
+              mixture[at] -= f;
+              liquid[at] -= f;
+            }
+        }
+      });
+}
+
 /// c_i += sum_p n0 rho V N_i (v_l - v) . grad N_i: nodes then have the force -c_i v_l,i, which is
 /// not the momentum that the liquid carries, but what the fork of CB-Geo MPM computes.
 template <int Dim>
@@ -200,6 +245,8 @@ void map_liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
     add_pressure_at_particles(patch, step, bins);
   else
     add_pressure_at_centre(patch, step, bins);
+  if (!patch.fixed_pressure.empty() && keeps_pore_pressure(step.model->analysis))
+    add_given_pressures(patch, step, bins);
   add_liquid_tractions(patch, step, bins);
   map_drag(patch, step, bins);
   if (step.model->analysis.liquid_advection) map_advection(patch, step, bins);

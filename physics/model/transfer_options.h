@@ -43,18 +43,25 @@ inline bool spreads_before_forces(const Analysis& analysis) {
   return analysis.affine != Affine::none && analysis.functions == ShapeFunctions::element;
 }
 
-/// Whether nodes need the mean of the pressure that a projection keeps: where some is prescribed,
-/// or surfaces drain.
+/// Whether a projection keeps some of the pressure of a liquid in pores.
+inline bool keeps_pore_pressure(const Analysis& analysis) {
+  return is_projection(analysis) && analysis.two_phase && analysis.projection.kept > 0.0;
+}
+/// Whether it keeps all of it: what does not decay by itself must not grow.
+inline bool keeps_all_pore_pressure(const Analysis& analysis) {
+  return keeps_pore_pressure(analysis) && analysis.projection.kept == 1.0;
+}
+/// Whether nodes need the mean of the pressure that a projection keeps.
 inline bool needs_kept_pressure(const Analysis& analysis) {
-  return is_projection(analysis) && analysis.projection.kept > 0.0 &&
-         (analysis.prescribes_pore_pressure || analysis.two_phase);
+  return keeps_pore_pressure(analysis) ||
+         (is_projection(analysis) && analysis.projection.kept > 0.0 &&
+          analysis.prescribes_pore_pressure);
 }
 
 /// Whether strains are those of velocities that the updated particles give to nodes again. (With
 /// those before, soil that a projection moves into new cells bursts: nodes with little mass.)
 inline bool maps_velocities_again(const Analysis& analysis) {
-  return analysis.scheme == Scheme::musl ||
-         (is_projection(analysis) && analysis.two_phase && !analysis.volume_as_cbgeo);
+  return analysis.scheme == Scheme::musl || (is_projection(analysis) && analysis.two_phase);
 }
 
 /// Whether forces on a liquid in pores, and its discharge, take the porosity of nodes. (With USF it

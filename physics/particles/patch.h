@@ -243,7 +243,8 @@ struct Patch {
     int function;     ///< -1 = constant
   };
   std::vector<FixedPressure> fixed_pressure;  ///< ascending nodes
-  std::vector<WallPush<Dim>> wall_pushes;     ///< of this step, by `walls`; with MUSL only
+  std::vector<WallPush<Dim>>
+      wall_pushes;  ///< of this step, by `walls`; if velocities are mapped again
   /// Ascending; their prescribed velocities are not in `fixed`.
   std::vector<ConstrainedNode<Dim>> walls;
   struct PointForce {

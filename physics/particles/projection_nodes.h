@@ -16,7 +16,12 @@ struct ProjectionNodes {
   /// with a liquid in pores.
   std::vector<double> unforced;
   std::vector<double> change;  ///< [Pa] of the pressure in the step; before the solve what is given
+  /// [Pa] at the end of the step, by means of particles; only with a liquid in pores of whose
+  /// pressure all is kept.
+  std::vector<double> level;
+  std::vector<double> filled;  ///< [-] by local cell, share that particles fill at the beginning
   PatchWork work;              ///< before the step
+  bool begins = false;         ///< in the first step, with pressures that drain_surfaces() left
 };
 
 }  // namespace lahar

@@ -18,6 +18,8 @@ constexpr double reached = 1e-11;
 constexpr double perturbation = 1e-6;
 constexpr int most_iterations = 100, most_strain_halvings = 25;
 constexpr int most_divisions = 6;  // of an increment, by two
+/// Of MaterialPoint::most_answers, so that one that creeps leaves some for parts of the increment.
+constexpr int most_answers_of_search = 400;
 
 }  // namespace
 
@@ -67,6 +69,7 @@ void MaterialPoint::take(const Voigt& increment, Answer&& answer) {
 }
 
 bool MaterialPoint::strain_by(const Voigt& increment, double dt) {
+  answers_ = 0;
   Answer found = answer(increment, dt);
   if (!found.found) return false;
   take(increment, std::move(found));
@@ -119,7 +122,7 @@ class MaterialPoint::Search {
  private:
   /// The law's answer; none where there have been too many.
   Answer ask(const Voigt& increment) const {
-    if (point_.answers_ >= most_answers) return {};
+    if (point_.answers_ >= most_answers || ++answers_ > most_answers_of_search) return {};
     return point_.answer(increment, dt_);
   }
   Eigen::Index n() const { return static_cast<Eigen::Index>(free_.size()); }
@@ -190,6 +193,7 @@ class MaterialPoint::Search {
   double dt_;
   Voigt trial_;
   std::vector<std::size_t> free_;
+  mutable int answers_ = 0;
   Answer now_;
 };
 

@@ -63,7 +63,7 @@ PressureReport PressureSolver<Dim>::solve(double time, double dt, bool first) {
   const double begin = seconds();
   system_.run(1);
   const Analysis& analysis = model_.analysis;
-  if (first && analysis.two_phase && needs_kept_pressure(analysis)) {
+  if (first && keeps_pore_pressure(analysis)) {
     for (int p = 0; p < patches_.size(); ++p) drain_surfaces(patches_[p], context(last_round_));
     system_.run(1);
   }

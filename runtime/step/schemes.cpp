@@ -139,7 +139,8 @@ Stages<Dim> newmark(const Analysis& a, bool injects) {
   });
 }
 
-/// Stresses after a projection; of soil with strains of velocities that it gives to nodes again.
+/// G2P and stresses after a projection. Soil moves first: its strains are those of velocities that
+/// particles give to nodes again.
 template <int Dim>
 Stages<Dim> motion_and_stress(const Analysis& a) {
   const Stages<Dim> motion = in_order<Dim>({liquid_g2p<Dim>(a), g2p<Dim>(a)});

@@ -264,7 +264,7 @@ Stages<Dim> remapped_velocities(const Analysis& analysis) {
   TimestepStage<Dim> velocity{.stage = {.name = "velocity", .exchange = "momentum"},
                               .takes = {NodeSum::momentum},
                               .begin = [](P& p, S& s) { nodal_velocity_again(p, s); }};
-  if (!analysis.two_phase) return {remap, velocity};
+  if (!analysis.two_phase || is_projection(analysis)) return {remap, velocity};
   velocity.takes.push_back(NodeSum::liquid_momentum);
   return {remap,
           TimestepStage<Dim>{
@@ -742,9 +742,8 @@ Stages<Dim> projected_stress(const Analysis& analysis) {
         .bins = [](P& p, S& s, ParticleBins bins) { change_pressure(p, s, bins); }}};
   Stages<Dim> list = strain_and_stress<Dim>(analysis);
   list.push_back(TimestepStage<Dim>{
-      .stage = {.name = "pore pressure"}, .bins = [](P& p, S& s, ParticleBins bins) {
-        change_pore_pressure(p, *s.model, bins, s.model->analysis.projection.kept);
-      }});
+      .stage = {.name = "pore pressure"},
+      .bins = [](P& p, S& s, ParticleBins bins) { change_pore_pressure(p, s, bins); }});
   return list;
 }
 

@@ -117,7 +117,7 @@ Stages<Dim> pressure_system(const Analysis& analysis);
 /// Forces of the change of the pressure, beside those that nodes have; integration() follows again.
 template <int Dim>
 Stages<Dim> pressure_forces(const Analysis& analysis);
-/// Stress and pressure from the velocities without divergence.
+/// Stress and pressure: of soil with strains of velocities that particles gave to nodes again.
 template <int Dim>
 Stages<Dim> projected_stress(const Analysis& analysis);
 

@@ -231,7 +231,7 @@ TEST_CASE("seepage: projections leave layers of different porosity at rest, and 
         fmt::format("discharge {}: pore pressure wrong by {:.4f}, half the step {:.4f}, half "
                     "the cell {:.4f}",
                     discharge, error, half_step, half_cell));
-    for (const double each : {error, half_step, half_cell}) CHECK(each < 0.02);
+    for (const double each : {error, half_step, half_cell}) CHECK(each < 0.01);
   }
 }
 

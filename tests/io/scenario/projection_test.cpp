@@ -130,6 +130,14 @@ TEST_CASE("a pressure that is kept does not go together with one that is prescri
   CHECK(refusal(parts) == "");
 }
 
+TEST_CASE("a pressure in pores that is kept goes together with one that is prescribed") {
+  Parts parts;
+  parts.generator = saturated;
+  parts.conditions =
+      R"("pressure_constraints": [{"phase_id": 1, "nset": "base", "pressure": 5e3}])";
+  CHECK(model_of(parts).analysis.projection.kept == 1.0);
+}
+
 TEST_CASE("fluids keep no pressure, but with --as-cbgeo") {
   const std::string tank = R"("type": "MPMSemiImplicitNavierStokes2D", "dt": 0.01, "nsteps": 10)";
   CHECK(model_of({.analysis = tank}).analysis.projection.kept == 0.0);

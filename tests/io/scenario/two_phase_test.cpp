@@ -143,6 +143,31 @@ TEST_CASE("two phases: an end at rest is warned of, which does not see consolida
   CHECK_FALSE(warns(R"("end_time": 1)"));
 }
 
+TEST_CASE("water that is held where its pressure is prescribed is warned of") {
+  const auto warns = [](const std::string& dir, const std::string& more, double pressure) {
+    const std::string text = fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 2]}}, "boundary_conditions": {{
+        "velocity_constraints": [{{"nset": "base", "dir": "{}", "velocity": 0{}}}],
+        "pressure_constraints": [{{"nset": "base", "phase_id": 1, "pressure": {}}}]}}}},
+      "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
+      "materials": [
+        {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
+         "poisson_ratio": 0.2, "porosity": 0.3, "k_x": 1e-3}},
+        {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 2e9,
+         "dynamic_viscosity": 1e-3}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": ["soil", "water"],
+                                    "region": {{"box": {{"max": [1, 1]}}}}}}}}],
+      "analysis": {{"mpm_scheme": "projection", "dt": 1e-4, "end_time": 1}}}})",
+                                         dir, more, pressure);
+    return says(warnings_of(read_scenario_text(text, "")),
+                "water is held along y at the nodes where its pressure is prescribed");
+  };
+  CHECK(warns("y", "", 1e3));
+  CHECK_FALSE(warns("y", R"(, "phase": "skeleton")", 1e3));
+  CHECK_FALSE(warns("x", "", 1e3));
+  CHECK_FALSE(warns("y", "", 0));
+}
+
 TEST_CASE("layers of different porosity are warned of where they would not be at rest") {
   const auto warns = [](const std::string& scheme, double porosity) {
     const std::string text = fmt::format(R"({{

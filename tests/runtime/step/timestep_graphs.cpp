@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "physics/model/transfer_options.h"
 #include "runtime/step/timestep.h"
 #include "tests/graph/step_graphs.h"
 
@@ -291,7 +292,7 @@ TEST_CASE("sums have two copies where nothing keeps a patch from overtaking its 
     CHECK(of(NodeSum::force) == usl);
     // Momentum and pressure are a pair, held where one of them is used.
     CHECK(of(NodeSum::momentum) ==
-          (analysis.scheme == Scheme::musl || analysis.pressure_smoothing ? 1 : 0));
+          (maps_velocities_again(analysis) || analysis.pressure_smoothing ? 1 : 0));
     CHECK(of(NodeSum::pressure) == of(NodeSum::momentum));
     CHECK(of(NodeSum::gradient) == (analysis.contact.bodies > 1 ? 1 : 0));
     CHECK(of(NodeSum::displacement) == (analysis.takes_means ? 1 : 0));
