@@ -14,6 +14,7 @@
 #include "physics/kernels/two_phase.h"
 #include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/node_sums.h"
 
 namespace lahar {
 
@@ -139,11 +140,7 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
 /// their functions, they are sum_p V ((p - p_g) grad N - N grad p_g).
 template <int Dim>
 void add_given_pressures(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  std::vector<double> given(static_cast<std::size_t>(patch.n_nodes()), 0.0);
   const double share = acting_share(step.model->analysis);
-  for (const auto& fixed : patch.fixed_pressure)
-    given[static_cast<std::size_t>(fixed.node)] =
-        share * fixed.pressure * load_factor(*step.model, fixed.function, step.time);
   double* mixture = patch.own_sums(NodeSum::force, step.step);
   double* liquid = patch.own_sums(NodeSum::liquid_force, step.step);
   const double* V = patch.particles.row(Column::volume);
@@ -151,12 +148,14 @@ void add_given_pressures(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
       patch, bins, has_liquid(*step.model),
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-        double at_node[n_nodes];
+        double at_node[n_nodes]{};
         bool any = false;
-        for (int i = 0; i < n_nodes; ++i) {
-          at_node[i] = given[static_cast<std::size_t>(nodes[i])];
-          any = any || at_node[i] != 0.0;
-        }
+        for (int i = 0; i < n_nodes; ++i)
+          if (const auto* fixed = find_node(patch.fixed_pressure, nodes[i])) {
+            at_node[i] =
+                share * fixed->pressure * load_factor(*step.model, fixed->function, step.time);
+            any = any || at_node[i] != 0.0;
+          }
         if (!any) return;
         for (Local p = bin.begin; p < bin.end; ++p) {
           Scalar N[n_nodes], dN[Dim][n_nodes];
