@@ -78,8 +78,10 @@ void update_shear_stress(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
 template <int Dim>
 void leave_out_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// {m q, m p}_i += sum_p N_i m_p {p_p + grad p . (x_i - x_p), p_p}, of what is kept, with its
-/// gradient in the cell.
+/// {m p, m p}_i += sum_p N_i m_p (p_p + g . (x_i - x_p)), of what is kept: with its gradient g in
+/// the cell, and with that along axes on which the node holds the liquid. (There cells lie on one
+/// side. With all of it inside, gradients that alternate from cell to cell would follow from
+/// themselves.)
 template <int Dim>
 void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 

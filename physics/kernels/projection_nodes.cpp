@@ -149,19 +149,15 @@ void give_pressures(Patch<Dim>& patch, const StepContext<Dim>& step) {
   }
 }
 
-/// ProjectionNodes::level without the change of the step. With all of the gradient in cells, one
-/// that alternates from cell to cell would stay: its gradients would follow from themselves.
+/// ProjectionNodes::level without the change of the step.
 template <int Dim>
 void find_level(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  constexpr double share_of_gradient = 0.9;
   std::vector<double>& level = patch.projection.level;
   level.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::kept_pressure, step.step),
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
                   const double mass = at(patch.velocity, i)[mass_lane];
-                  if (!(mass > 0)) return;
-                  level[static_cast<std::size_t>(i)] =
-                      (sum[1] + share_of_gradient * (sum[0] - sum[1])) / mass;
+                  if (mass > 0) level[static_cast<std::size_t>(i)] = sum[1] / mass;
                 });
   for (const auto& fixed : patch.fixed_pressure)
     level[static_cast<std::size_t>(fixed.node)] = given_at(*step.model, fixed, step.time);

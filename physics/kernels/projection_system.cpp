@@ -306,6 +306,21 @@ void leave_out_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
   map_gradient_of<Dim, Pack>(patch, bins, row, patch.own_sums(NodeSum::force, step.step));
 }
 
+namespace {
+
+/// The part of a gradient along axes on which a node holds the liquid.
+template <int Dim>
+Vec<Dim> along_held_axes(const Patch<Dim>& patch, Local node, const Vec<Dim>& gradient) {
+  Vec<Dim> along = Vec<Dim>::Zero();
+  const auto* end = patch.fixed_liquid.data() + patch.fixed_liquid.size();
+  for (const auto* held = find_node(patch.fixed_liquid, node);
+       held && held != end && held->node == node; ++held)
+    along[held->dir] = gradient[held->dir];
+  return along;
+}
+
+}  // namespace
+
 template <int Dim>
 void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const Analysis& analysis = step.model->analysis;
@@ -319,27 +334,37 @@ void map_kept_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
         const auto gradient = gradient_in_bin(patch, bin, pressure).second;
-        Pack at_node[n_nodes], at_particle[n_nodes];
-        for (int i = 0; i < n_nodes; ++i) at_node[i] = at_particle[i] = Pack(0.0);
+        Vec<Dim> place[n_nodes], along_held[n_nodes];
+        Pack at_node[n_nodes], at_wall[n_nodes];
+        for (int i = 0; i < n_nodes; ++i) {
+          place[i] = place_of(patch, *step.model->mesh, nodes[i]);
+          along_held[i] = along_held_axes<Dim>(patch, nodes[i], gradient);
+          at_node[i] = at_wall[i] = Pack(0.0);
+        }
         for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-          Pack N[n_nodes], from_origin = load<Pack>(pressure + p);  // of the gradient
+          const Local n = bin.end - p;
+          Pack N[n_nodes], at_particle[Dim];
           basis.functions(p, N);
-          const Pack mass = load_first<Pack>(m + p, bin.end - p);
-          const Pack own = first_lanes(from_origin, bin.end - p);
+          const Pack mass = load_first<Pack>(m + p, n);
+          const Pack own = first_lanes(load<Pack>(pressure + p), n);
           for (std::size_t d = 0; d < Dim; ++d)
-            from_origin -= gradient[static_cast<int>(d)] * load<Pack>(x[d] + p);
-          from_origin = first_lanes(from_origin, bin.end - p);
+            at_particle[d] = first_lanes(load<Pack>(x[d] + p), n);
           for (int i = 0; i < n_nodes; ++i) {
+            Pack extrapolated = own, to_wall = own;
+            for (int d = 0; d < Dim; ++d) {
+              const Pack away = place[i][d] - at_particle[d];
+              extrapolated += gradient[d] * away;
+              to_wall += along_held[i][d] * away;
+            }
             const Pack share = N[i] * mass;
-            const Vec<Dim> place = place_of(patch, *step.model->mesh, nodes[i]);
-            at_node[i] += share * (from_origin + gradient.dot(place));
-            at_particle[i] += share * own;
+            at_node[i] += share * extrapolated;
+            at_wall[i] += share * to_wall;
           }
         }
         for (int i = 0; i < n_nodes; ++i) {
           double* at = sums + static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride;
           at[0] += analysis.projection.kept * reduce(at_node[i]);
-          at[1] += analysis.projection.kept * reduce(at_particle[i]);
+          at[1] += analysis.projection.kept * reduce(at_wall[i]);
         }
       });
 }

@@ -307,7 +307,7 @@ TEST_CASE("projection: water at rest in pores stays so in soil of any permeabili
         worst =
             std::max(worst, std::abs(state.get("pore_pressure", p) / 9810 - (1 - state.x(p, 1))));
       MESSAGE(fmt::format("k = {}, beta = {}: pressure wrong by {:.4f}", k, kept, worst));
-      CHECK(worst < (kept == 1.0 ? 0.01 : 0.002));  // particles of the lowest cell differ less
+      CHECK(worst < 0.002);
     }
 }
 
