@@ -19,7 +19,7 @@ constexpr double perturbation = 1e-6;
 constexpr int most_iterations = 100, most_strain_halvings = 25;
 constexpr int most_divisions = 6;  // of an increment, by two
 /// Of MaterialPoint::most_answers, so that one that creeps leaves some for parts of the increment.
-constexpr int most_answers_of_search = 400;
+constexpr int most_answers_of_search = 100;
 
 }  // namespace
 

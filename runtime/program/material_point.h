@@ -31,7 +31,7 @@ class MaterialPoint {
   std::vector<double> state() const;
   /// Answers of the law for the last increment and its parts. A search that finds its stress takes
   /// some ten; this many take seconds where the law itself has to divide each.
-  static constexpr int most_answers = 2000;
+  static constexpr int most_answers = 800;
   int answers() const { return answers_; }
   Index divided() const { return divided_; }  ///< increments that were done in parts
 
