@@ -119,13 +119,6 @@ void hold_islands(Patch<Dim>& patch) {
     }
 }
 
-/// The pressure that is prescribed at a node, at time t [Pa].
-template <int Dim>
-double given_at(const Model<Dim>& model, const typename Patch<Dim>::FixedPressure& fixed,
-                double t) {
-  return fixed.pressure * load_factor(model, fixed.function, t);
-}
-
 /// Changes of the pressure where it is prescribed: at the beginning, and of fluids, from what is
 /// kept to what is given. Later what is given in pores changes by itself: particles follow.
 template <int Dim>
@@ -139,10 +132,10 @@ void give_pressures(Patch<Dim>& patch, const StepContext<Dim>& step) {
   for (const auto& fixed : patch.fixed_pressure) {
     const auto node = static_cast<std::size_t>(fixed.node);
     if (!patch.node_is_active[node]) continue;
-    double change = given_at(*step.model, fixed, step.time + step.dt);
+    double change = pressure_given(*step.model, fixed, step.time + step.dt);
     const double mass = at(patch.velocity, fixed.node)[mass_lane];
     if (follows)
-      change -= share * given_at(*step.model, fixed, step.time);
+      change -= share * pressure_given(*step.model, fixed, step.time);
     else if (share > 0 && mass > 0)
       change -= kept.at(fixed.node)[lane] / mass;
     patch.projection.change[node] = change;
@@ -160,7 +153,7 @@ void find_level(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   if (mass > 0) level[static_cast<std::size_t>(i)] = sum[1] / mass;
                 });
   for (const auto& fixed : patch.fixed_pressure)
-    level[static_cast<std::size_t>(fixed.node)] = given_at(*step.model, fixed, step.time);
+    level[static_cast<std::size_t>(fixed.node)] = pressure_given(*step.model, fixed, step.time);
 }
 
 /// Whether a wall holds its node along local axis k: one-sided walls do where the node, with the
@@ -205,6 +198,7 @@ double lightness(double m, double full) {
 template <int Dim>
 void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const Vec<Dim> gradient = pore_gradient_at_rest(step);
+  patch.projection.unforced.assign(static_cast<std::size_t>(patch.n_nodes()) * Dim, 0.0);
   constexpr double rounding_of_velocity = 1e-9;
   const double water = lightest_liquid(*step.model);
   double grains = std::numeric_limits<double>::infinity(), skeleton = grains;  // the lightest
@@ -268,7 +262,10 @@ void take_out_pore_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
 /// Velocities v* without what the weight of a fluid gives, where nodes are free.
 template <int Dim>
 void take_out_weight(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (step.model->analysis.two_phase) return take_out_pore_weight(patch, step);
+  if (step.model->analysis.two_phase) {
+    take_out_pore_weight(patch, step);
+    return liquid_discharge(patch);
+  }
   constexpr double rounding_of_velocity = 1e-9;
   const Vec<Dim> weight = weight_out_of_velocities(step);
   double density = std::numeric_limits<double>::infinity();  // of the lightest fluid
@@ -341,10 +338,7 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.system.blocks.assign(patch.system.column.size(), 0.0);
   clear_sums(patch, step, NodeSum::divergence);
   add_filled_cells(patch, step);
-  if (step.model->analysis.two_phase)
-    nodes.unforced.assign(static_cast<std::size_t>(patch.n_nodes()) * Dim, 0.0);
   take_out_weight(patch, step);
-  if (step.model->analysis.two_phase) liquid_discharge(patch);
   give_pressures(patch, step);
   if (keeps_all_pore_pressure(step.model->analysis)) find_level(patch, step);
   add_voids(patch, step, voids);
@@ -395,6 +389,18 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
     system.held[static_cast<std::size_t>(fixed.node)] = all_held;
 }
 
+namespace {
+
+/// Whether a node of the system is one of a free surface, where no pressure is prescribed.
+template <int Dim>
+bool is_at_surface(const Patch<Dim>& patch, Local node) {
+  const auto i = static_cast<std::size_t>(node);
+  return patch.system.held[i] && patch.projection.volume[i] > 0 &&
+         !find_node(patch.fixed_pressure, node);
+}
+
+}  // namespace
+
 template <int Dim>
 void drain_surfaces(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
@@ -403,12 +409,9 @@ void drain_surfaces(Patch<Dim>& patch, const StepContext<Dim>& step) {
   change.assign(static_cast<std::size_t>(patch.n_nodes()), 0.0);
   for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::kept_pressure, step.step),
                 [&](Local i, const NodeVector&, const NodeVector& sum) {
-                  const auto node = static_cast<std::size_t>(i);
                   const double mass = at(patch.velocity, i)[mass_lane];
-                  const bool at_surface =
-                      patch.system.held[node] && patch.projection.volume[node] > 0;
-                  if (at_surface && mass > 0 && !find_node(patch.fixed_pressure, i))
-                    change[node] = -sum[0] / mass;
+                  if (mass > 0 && is_at_surface(patch, i))
+                    change[static_cast<std::size_t>(i)] = -sum[0] / mass;
                 });
   double* pressure = patch.particles.row(Column::pore_pressure);
   interpolate_bins<Pack>(patch, patch.bins, change.data(), has_liquid(*step.model),
@@ -450,9 +453,7 @@ void take_pressure(Patch<Dim>& patch) {
   for (std::size_t i = 0; i < change.size(); ++i) {
     change[i] += patch.system.solution[i * node_width];
     if (level.empty()) continue;
-    const bool at_surface = patch.system.held[i] && patch.projection.volume[i] > 0 &&
-                            !find_node(patch.fixed_pressure, static_cast<Local>(i));
-    level[i] = at_surface ? 0.0 : level[i] + change[i];
+    level[i] = is_at_surface(patch, static_cast<Local>(i)) ? 0.0 : level[i] + change[i];
   }
 }
 

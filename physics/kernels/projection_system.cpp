@@ -312,10 +312,8 @@ namespace {
 template <int Dim>
 Vec<Dim> along_held_axes(const Patch<Dim>& patch, Local node, const Vec<Dim>& gradient) {
   Vec<Dim> along = Vec<Dim>::Zero();
-  const auto* end = patch.fixed_liquid.data() + patch.fixed_liquid.size();
-  for (const auto* held = find_node(patch.fixed_liquid, node);
-       held && held != end && held->node == node; ++held)
-    along[held->dir] = gradient[held->dir];
+  for_entries(patch.fixed_liquid, node,
+              [&](const auto& held) { along[held.dir] = gradient[held.dir]; });
   return along;
 }
 

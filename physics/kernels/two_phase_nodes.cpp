@@ -24,14 +24,6 @@ void prescribe_liquid(Patch<Dim>& patch) {
     at(patch.liquid.velocity, fixed.node)[fixed.dir] = fixed.velocity;
 }
 
-/// Call `each(entry)` for the entries of a node in a list by node.
-template <class Entry, class Each>
-void for_entries(const std::vector<Entry>& all, Local node, Each each) {
-  for (const Entry* one = find_node(all, node);
-       one && one != all.data() + all.size() && one->node == node; ++one)
-    each(*one);
-}
-
 /// Both phases of a node after the step, but for the drag: their velocities, and by how much a unit
 /// impulse changes them, which is zero where they are held.
 struct WithoutDrag {
@@ -305,8 +297,7 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   while (fixed != patch.fixed_pressure.end() && fixed->node < i)
                     ++fixed;  // not active
                   for (; fixed != patch.fixed_pressure.end() && fixed->node == i; ++fixed) {
-                    const double given =
-                        fixed->pressure * load_factor(*step.model, fixed->function, step.time);
+                    const double given = pressure_given(*step.model, *fixed, step.time);
                     pressure = smooths ? given : given - mean;
                   }
                 });

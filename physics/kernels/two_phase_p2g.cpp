@@ -152,8 +152,7 @@ void add_given_pressures(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
         bool any = false;
         for (int i = 0; i < n_nodes; ++i)
           if (const auto* fixed = find_node(patch.fixed_pressure, nodes[i])) {
-            at_node[i] =
-                share * fixed->pressure * load_factor(*step.model, fixed->function, step.time);
+            at_node[i] = share * pressure_given(*step.model, *fixed, step.time);
             any = any || at_node[i] != 0.0;
           }
         if (!any) return;

@@ -53,9 +53,8 @@ inline bool keeps_all_pore_pressure(const Analysis& analysis) {
 }
 /// Whether nodes need the mean of the pressure that a projection keeps.
 inline bool needs_kept_pressure(const Analysis& analysis) {
-  return keeps_pore_pressure(analysis) ||
-         (is_projection(analysis) && analysis.projection.kept > 0.0 &&
-          analysis.prescribes_pore_pressure);
+  return is_projection(analysis) && analysis.projection.kept > 0.0 &&
+         (analysis.two_phase || analysis.prescribes_pore_pressure);
 }
 
 /// Whether strains are those of velocities that the updated particles give to nodes again. (With

@@ -18,6 +18,12 @@ double load_factor(const Model<Dim>& model, int function, double t) {
   return function < 0 ? 1.0 : model.functions[static_cast<std::size_t>(function)](t);
 }
 
+/// The pressure [Pa] that is prescribed at a node (Patch::fixed_pressure) at time t [s].
+template <int Dim, class FixedPressure>
+double pressure_given(const Model<Dim>& model, const FixedPressure& fixed, double t) {
+  return fixed.pressure * load_factor(model, fixed.function, t);
+}
+
 /// Gravity at the time of a step [m/s^2]; its mass lane is zero.
 template <int Dim>
 NodeVector gravity_in(const StepContext<Dim>& step) {

@@ -123,6 +123,13 @@ const Entry* find_node(const std::vector<Entry>& entries, Local node) {
                                       [](const Entry& e, Local n) { return e.node < n; });
   return found == entries.end() || found->node != node ? nullptr : &*found;
 }
+/// Call `each(entry)` for the entries of a node in a list by node.
+template <class Entry, class Each>
+void for_entries(const std::vector<Entry>& all, Local node, Each each) {
+  for (const Entry* one = find_node(all, node);
+       one && one != all.data() + all.size() && one->node == node; ++one)
+    each(*one);
+}
 
 LAHAR_INLINE double* at(NodeArray& values, Local node) {
   return values.data() + static_cast<std::ptrdiff_t>(node) * node_width;

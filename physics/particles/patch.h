@@ -243,8 +243,7 @@ struct Patch {
     int function;     ///< -1 = constant
   };
   std::vector<FixedPressure> fixed_pressure;  ///< ascending nodes
-  std::vector<WallPush<Dim>>
-      wall_pushes;  ///< of this step, by `walls`; if velocities are mapped again
+  std::vector<WallPush<Dim>> wall_pushes;     ///< by `walls`; if velocities are mapped again
   /// Ascending; their prescribed velocities are not in `fixed`.
   std::vector<ConstrainedNode<Dim>> walls;
   struct PointForce {

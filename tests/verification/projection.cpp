@@ -400,7 +400,7 @@ TEST_CASE("projection: a reservoir's pressure makes water flow through two layer
   }
 }
 
-// Held nodes are no free surface, though there is no water behind them.
+// Held nodes are not a free surface. The water ends there, as it does at one.
 TEST_CASE("projection: water rests behind a gate and on a floor of nodes within the mesh") {
   for (const double cell : {0.05, 0.025}) {
     CAPTURE(cell);

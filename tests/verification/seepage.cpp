@@ -250,7 +250,7 @@ TEST_CASE("seepage: a saturated block slides on a wall by its effective stress")
   }
 }
 
-// Energy does not close where pressures alternate from node to node, the less the smaller the step.
+// Pressures that alternate from node to node made energy, and more of it with smaller steps.
 TEST_CASE("seepage: in projections a saturated block slides by its effective stress, too") {
   for (const double k : {1e-2, 1e-3, 1e-5}) {
     const Sliding at = slide(k, projections(2e-4)), half_step = slide(k, projections(1e-4));

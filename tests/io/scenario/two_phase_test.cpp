@@ -18,13 +18,14 @@ struct Parts {
   std::string material = R"(["soil", "water"])";
   std::string soil = R"("porosity": 0.4, "k_x": 1e-3)";
   std::string constraints = R"({"nset": "base", "dir": "y", "velocity": 0})";
+  std::string conditions = "";  // more of them
   std::string mesh = "", analysis = R"("end_time": 1)", bulk_modulus = "2e9";
 };
 
 std::string text_of(const Parts& parts) {
   return fmt::format(R"({{
     "mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 2]}}{},
-      "boundary_conditions": {{"velocity_constraints": [{}]}}}},
+      "boundary_conditions": {{"velocity_constraints": [{}]{}}}}},
     "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
     "materials": [
       {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
@@ -34,8 +35,8 @@ std::string text_of(const Parts& parts) {
     "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": {}}}}}],
     "external_loading_conditions": {{"gravity": [0, -10]}},
     "analysis": {{{}}}}})",
-                     parts.mesh, parts.constraints, parts.soil, parts.bulk_modulus, parts.material,
-                     parts.analysis);
+                     parts.mesh, parts.constraints, parts.conditions, parts.soil,
+                     parts.bulk_modulus, parts.material, parts.analysis);
 }
 
 Model<2> model_of(const Parts& parts) {
@@ -145,21 +146,14 @@ TEST_CASE("two phases: an end at rest is warned of, which does not see consolida
 
 TEST_CASE("water that is held where its pressure is prescribed is warned of") {
   const auto warns = [](const std::string& dir, const std::string& more, double pressure) {
-    const std::string text = fmt::format(R"({{
-      "mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 2]}}, "boundary_conditions": {{
-        "velocity_constraints": [{{"nset": "base", "dir": "{}", "velocity": 0{}}}],
-        "pressure_constraints": [{{"nset": "base", "phase_id": 1, "pressure": {}}}]}}}},
-      "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
-      "materials": [
-        {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
-         "poisson_ratio": 0.2, "porosity": 0.3, "k_x": 1e-3}},
-        {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 2e9,
-         "dynamic_viscosity": 1e-3}}],
-      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": ["soil", "water"],
-                                    "region": {{"box": {{"max": [1, 1]}}}}}}}}],
-      "analysis": {{"mpm_scheme": "projection", "dt": 1e-4, "end_time": 1}}}})",
-                                         dir, more, pressure);
-    return says(warnings_of(read_scenario_text(text, "")),
+    const Parts parts{
+        .constraints =
+            fmt::format(R"({{"nset": "base", "dir": "{}", "velocity": 0{}}})", dir, more),
+        .conditions = fmt::format(
+            R"(, "pressure_constraints": [{{"nset": "base", "phase_id": 1, "pressure": {}}}])",
+            pressure),
+        .analysis = R"("mpm_scheme": "projection", "dt": 1e-4, "end_time": 1)"};
+    return says(warnings_of(read_scenario_text(text_of(parts), "")),
                 "water is held along y at the nodes where its pressure is prescribed");
   };
   CHECK(warns("y", "", 1e3));

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <stdexcept>
+#include <variant>
 #include <vector>
 
 #include "physics/materials/law.h"
@@ -68,6 +70,14 @@ inline std::vector<Law> sample_laws() {
                    .yield_stress = 4000,
                    .hardening_modulus = 2e5},
           NeoHookean{.youngs_modulus = 1e7, .poisson_ratio = 0.3}};
+}
+
+/// The first of sample_laws() of a kind.
+template <class LawType>
+LawType sample_of() {
+  for (const Law& law : sample_laws())
+    if (const auto* found = std::get_if<LawType>(&law)) return *found;
+  throw std::logic_error("sample_laws() does not have this law");
 }
 
 inline std::string_view name_of(const Law& law) {

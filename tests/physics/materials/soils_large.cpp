@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 #include <random>
-#include <stdexcept>
-#include <variant>
 #include <vector>
 
 #include "physics/materials/law.h"
@@ -19,13 +17,6 @@ using namespace lahar;
 using namespace lahar::test;
 
 namespace {
-
-template <class LawType>
-LawType sample_of() {
-  for (const Law& law : sample_laws())
-    if (const auto* found = std::get_if<LawType>(&law)) return *found;
-  throw std::logic_error("there is no sample of this law");
-}
 
 std::vector<Law> soils() {
   auto clay = sample_of<ModifiedCamClay>();

@@ -12,8 +12,10 @@
 #include "physics/base/error.h"
 #include "physics/materials/law.h"
 #include "runtime/program/material_command.h"
+#include "tests/physics/materials/material_samples.h"
 
 using namespace lahar;
+using namespace lahar::test;
 
 namespace {
 
@@ -299,17 +301,9 @@ TEST_CASE("a path that the material cannot follow ends with a message that names
 
 // Each answer of the law takes milliseconds there: thousands of them took half a minute.
 TEST_CASE("the search for a stress that a soil does not bear ends soon") {
-  const NorSand law{.poisson_ratio = 0.3,
-                    .reference_pressure = 1000,
-                    .friction_cs = 30,
-                    .N = 0.3,
-                    .lambda = 0.1,
-                    .kappa = 0.03,
-                    .gamma = 1.3,
-                    .chi = 3.5,
-                    .hardening_modulus = 200,
-                    .void_ratio_initial = 0.65,
-                    .p_image_initial = 87014.6};
+  auto law = sample_of<NorSand>();
+  law.void_ratio_initial = 0.65;
+  law.p_image_initial = 87014.6;
   MaterialPoint point(law, {-1e5, -1e5, 4096, 0, 0, 2147483648});
   Voigt increment{0, 0, -1e-3, 0, 0, 0};
   CHECK(!point.load_by(increment, {true, true}, {-1e5, -1e5, 0, 0, 0, 0}, 1));
