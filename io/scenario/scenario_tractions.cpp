@@ -197,11 +197,7 @@ void ScenarioBuilder<Dim>::place_tractions() {
         std::copy_n(edges_of(id).data(), Dim,
                     edges[static_cast<std::size_t>(rows_.local(id))].begin());
   }
-  // Splines reach nodes beyond the surface that have next to no mass, and would shake.
-  const ShapeFunctions functions = model_.analysis.functions;
-  if (in_.cbgeo_defaults || functions == ShapeFunctions::quadratic_spline ||
-      functions == ShapeFunctions::cubic_spline)
-    return;
+  if (in_.cbgeo_defaults) return;
   const auto& p = model_.particles;
   std::vector<std::vector<ParticleTraction>> parts(model_.tractions.size());  // by side
   std::size_t entries = parts.size() + model_.particle_velocities.size();

@@ -171,7 +171,8 @@ Depths ScenarioBuilder<Dim>::depths() const {
 }
 
 // Elastic bodies alone turn and bend for long: APIC takes nothing of these motions, where
-// relaxation stops them.
+// relaxation stops them. With domains of particles affine velocities make energy at free surfaces,
+// and FLIP makes little noise.
 template <int Dim>
 bool ScenarioBuilder<Dim>::is_of_elastic_bodies() const {
   return mesh_ && !is_implicit(model_.analysis) && liquids_.empty() &&
@@ -199,9 +200,12 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   const double fall = of.mean, depth = all_fluids() ? 0.0 : of.flow;
   const bool smooth = model_.analysis.functions != ShapeFunctions::element;
   if (default_transfer_ && smooth && is_of_elastic_bodies()) {
-    model_.analysis.affine = Affine::apic;
-    model_.analysis.transfer.flip = 0.0;
-    return set(*analysis, "velocity_update", std::string("apic"));
+    const bool affine = row_of(model_.analysis.functions).domain == ParticleDomain::none;
+    if (affine) {
+      model_.analysis.affine = Affine::apic;
+      model_.analysis.transfer.flip = 0.0;
+    }
+    return set(*analysis, "velocity_update", std::string(affine ? "apic" : "flip"));
   }
   const bool of_grains = depth > 0 && smooth && any_granular() && liquids_.empty();
   relaxation_ = of_grains ? 0.03 : depth > 0 && smooth ? 0.01 : 0.05;
@@ -270,6 +274,15 @@ void ScenarioBuilder<Dim>::build_transfer_rates() {
         "\"asflip\" hardly damps what moves from particle to particle: loose grains run out "
         "too far, and may make energy, which ends the run (analysis.watchdog)",
         "of granular flows leave 'velocity_update' out; \"asflip\" is for fluids and solids");
+  if (const JsonValue* asked = section("analysis").find("velocity_update");
+      asked && !in_.cbgeo_defaults && a.affine != Affine::none &&
+      row_of(a.functions).domain != ParticleDomain::none)
+    in_.warning(
+        *asked,
+        fmt::format("affine velocities with \"{}\" functions make energy at the surfaces of "
+                    "bodies, unless steps are short",
+                    row_of(a.functions).key),
+        "take \"flip\", or splines, or a 'safety' of 0.2 in time_step");
   if (!mesh_ || !(relaxation_ || relaxation_time_ || viscosity_)) return;
   const double h = outer_cell().minCoeff();
   constexpr double none = std::numeric_limits<double>::infinity();

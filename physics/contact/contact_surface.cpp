@@ -81,8 +81,6 @@ constexpr double least_sum_of_normals = 0.1;
 /// many cells are near it. At least one of them is, where the body lies before the node and has one
 /// particle per cell and direction.
 constexpr double near_cells = 0.6;
-/// Ends of near particles have an offset so many times as large that they count before all others.
-constexpr double nearer_offsets = 4.0;
 
 }  // namespace
 
@@ -144,12 +142,13 @@ double surface_offset(const Model<Dim>& model) {
 template <int Dim>
 void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   struct Place {
-    double* line;
-    Vec<Dim> x;  ///< [m] of the node
+    double *near, *around;  ///< where the body ends along the directions
+    Vec<Dim> x;             ///< [m] of the node
     SurfaceDirections<Dim> directions;
   };
   static thread_local std::vector<Place> places;
-  double* lines = patch.own_sums(NodeSum::surface, step.step);
+  double *near_ends = patch.own_sums(NodeSum::surface, step.step),
+         *ends_around = patch.own_sums(NodeSum::surface_around, step.step);
   const double offset = surface_offset(*step.model);
   const auto x = patch.particles.template rows<Dim>(Column::x);
   for (const ParticleBin& bin : bins) {
@@ -160,7 +159,8 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
       const Local node = f % patch.body_nodes;
       body = f / patch.body_nodes;
       if (!patch.contact.between_bodies[static_cast<std::size_t>(node)]) continue;
-      places.push_back({lines + static_cast<std::ptrdiff_t>(f) * sum_stride,
+      const auto line = static_cast<std::ptrdiff_t>(f) * sum_stride;
+      places.push_back({near_ends + line, ends_around + line,
                         Eigen::Map<const Vec<Dim>>(patch.node_position.data() +
                                                    static_cast<std::ptrdiff_t>(f) * node_width),
                         surface_directions(patch, node)});
@@ -181,38 +181,37 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
           const double ahead = direction.normal.dot(from_node);
           const bool beside = (from_node - ahead * direction.normal).squaredNorm() > near * near;
           const double end = (direction.from == body ? ahead : -ahead) +
-                             (r.transpose() * direction.normal).norm() +
-                             (beside ? offset : nearer_offsets * offset);
-          place.line[k] = std::max(place.line[k], end);
+                             (r.transpose() * direction.normal).norm() + offset;
+          place.around[k] = std::max(place.around[k], end);
+          if (!beside) place.near[k] = std::max(place.near[k], end);
         }
     }
   }
 }
 
 template <int Dim>
-void add_meetings(Patch<Dim>& patch, Local node, std::span<const NodeVector> lines, double offset) {
+void add_meetings(Patch<Dim>& patch, Local node, std::span<const SurfaceEnds> ends, double offset) {
   const SurfaceDirections<Dim> directions = surface_directions(patch, node);
-  const auto n_bodies = static_cast<int>(lines.size());
-  const auto offset_of = [=](double end) {
-    return end > 0.5 * nearer_offsets * offset ? nearer_offsets * offset : offset;
-  };
+  const auto n_bodies = static_cast<int>(ends.size());
   for (int a = 0; a < n_bodies; ++a)
     for (int b = a + 1; b < n_bodies; ++b) {
+      const SurfaceEnds &of_a = ends[static_cast<std::size_t>(a)],
+                        &of_b = ends[static_cast<std::size_t>(b)];
       Meeting<Dim> meeting{.a = node + a * patch.body_nodes, .b = node + b * patch.body_nodes};
       bool found = false;
+      double widest = 0.0;
       for (int k = 0; k < directions.count; ++k) {
         const auto& direction = directions.of[static_cast<std::size_t>(k)];
-        const bool of_a = direction.from == a && (direction.to < 0 || direction.to == b);
-        const bool of_b = direction.from == b && direction.to < 0;
-        if (!of_a && !of_b) continue;
-        const double end_a = lines[static_cast<std::size_t>(a)][k],
-                     end_b = lines[static_cast<std::size_t>(b)][k];
-        if (end_a == 0.0 || end_b == 0.0) continue;  // one of them is not there
-        const double gap = (offset_of(end_a) - end_a) + (offset_of(end_b) - end_b);
-        if (found && !(gap > meeting.gap)) continue;
+        const bool from_a = direction.from == a && (direction.to < 0 || direction.to == b);
+        const bool from_b = direction.from == b && direction.to < 0;
+        if (!from_a && !from_b) continue;
+        if (of_a.around[k] == 0.0 || of_b.around[k] == 0.0) continue;  // one of them is not there
+        const double apart = 2.0 * offset - of_a.around[k] - of_b.around[k];
+        if (found && !(apart > widest)) continue;
         found = true;
-        meeting.gap = gap;
-        meeting.normal = of_a ? direction.normal : Vec<Dim>(-direction.normal);
+        widest = apart;
+        meeting.gap = 2.0 * offset - of_a.at(k) - of_b.at(k);
+        meeting.normal = from_a ? direction.normal : Vec<Dim>(-direction.normal);
       }
       if (found) patch.contact.meetings.push_back(meeting);
     }
@@ -223,7 +222,7 @@ void add_meetings(Patch<Dim>& patch, Local node, std::span<const NodeVector> lin
   template void set_normals(Patch<Dim>&);                                        \
   template void map_surface(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   template double surface_offset(const Model<Dim>&);                             \
-  template void add_meetings(Patch<Dim>&, Local, std::span<const NodeVector>, double);
+  template void add_meetings(Patch<Dim>&, Local, std::span<const SurfaceEnds>, double);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

@@ -6,10 +6,12 @@
 /// functions in: s = max_p n.x_p + R_p(n), with R_p(n) = |(n.r_1, ... n.r_d)| the half width of the
 /// ellipsoid inside of the particle's domain, whose edges are 2 r_k. Two bodies are apart by
 /// g(n) = -s_b(-n) - s_a(n). Convex bodies that are apart have an n with g(n) > 0; of the normals
-/// of a, of b and their mean, the one with the largest gap is that of the contact: at an edge of
-/// one body it is the normal of the other's surface (compare the separating axis theorem; Nairn,
-/// Hammerquist & Smith 2020 find n by logistic regression). A maximum depends neither on the order
-/// of particles nor on that of patches.
+/// of a, of b and their mean, the one with the largest gap between all particles around is that of
+/// the contact: at an edge of one body it is the normal of the other's surface (compare the
+/// separating axis theorem; Nairn, Hammerquist & Smith 2020 find n by logistic regression). With
+/// the near particles alone, a plane would seem to end along every n, and edges that are pressed
+/// into it would meet it askew. A maximum depends neither on the order of particles nor on that of
+/// patches.
 #pragma once
 
 #include "physics/particles/patch.h"
@@ -40,8 +42,15 @@ SurfaceDirections<Dim> surface_directions(const Patch<Dim>& patch, Local node);
 template <int Dim>
 void set_normals(Patch<Dim>& patch);
 
-/// Where the particles of some bins end along the directions at their nodes, from the node and
-/// `surface_offset()` more, so that a place without particles is zero.
+/// Where a body ends along the directions at a node, from the node and `surface_offset()` more: 0
+/// where it has no particles.
+struct SurfaceEnds {
+  NodeVector near;    ///< of particles near the line through the node along the direction
+  NodeVector around;  ///< of all particles in cells that the node has functions in
+  double at(int k) const { return near[k] > 0.0 ? near[k] : around[k]; }
+};
+
+/// Add the ends of the particles of some bins.
 template <int Dim>
 void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
@@ -49,16 +58,16 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
 template <int Dim>
 double surface_offset(const Model<Dim>& model);
 
-/// Add the meetings at a node of the first body: `lines` are, by body, the maxima over all patches.
+/// Add the meetings at a node of the first body: `ends` are, by body, the maxima over all patches.
 template <int Dim>
-void add_meetings(Patch<Dim>& patch, Local node, std::span<const NodeVector> lines, double offset);
+void add_meetings(Patch<Dim>& patch, Local node, std::span<const SurfaceEnds> ends, double offset);
 
 #define LAHAR_EXTERN(Dim)                                                               \
   extern template SurfaceDirections<Dim> surface_directions(const Patch<Dim>&, Local);  \
   extern template void set_normals(Patch<Dim>&);                                        \
   extern template void map_surface(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   extern template double surface_offset(const Model<Dim>&);                             \
-  extern template void add_meetings(Patch<Dim>&, Local, std::span<const NodeVector>, double);
+  extern template void add_meetings(Patch<Dim>&, Local, std::span<const SurfaceEnds>, double);
 LAHAR_EXTERN(2)
 LAHAR_EXTERN(3)
 #undef LAHAR_EXTERN

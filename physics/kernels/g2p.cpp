@@ -110,12 +110,13 @@ void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleB
 }
 
 template <int Dim>
-void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                           WorkPart part) {
   if (step.model->tractions.empty() && !step.model->body_force) return;
   add_work_of_forces(
       patch, step, bins, patch.velocity, patch.acceleration,
       [&](const ParticleBin& bin) { return has_particle_forces(patch, bin, *step.model); },
-      [&](Local p) { return applied_force_on(patch.particles, p, step); });
+      [&](Local p) { return applied_force_on(patch.particles, p, step); }, part);
 }
 
 template <int Dim, class Real>
@@ -135,7 +136,7 @@ LAHAR_INSTANTIATE(2, KernelReal)
 LAHAR_INSTANTIATE(3, KernelReal)
 template class PrescribedMotion<2>;
 template class PrescribedMotion<3>;
-template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, ParticleBins);
-template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, ParticleBins);
+template void add_work_of_tractions<2>(Patch<2>&, const StepContext<2>&, ParticleBins, WorkPart);
+template void add_work_of_tractions<3>(Patch<3>&, const StepContext<3>&, ParticleBins, WorkPart);
 
 }  // namespace lahar

@@ -136,9 +136,15 @@ template <int Dim, class Real = Pack>
 void update_particles(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                       VelocityGradients<Dim>* gradients = nullptr);
 
-/// Work of the tractions over the step, before stresses change volumes or particles move.
+/// Parts of the work of forces: as if they acted at centres, and the rest, because they act at
+/// sides.
+enum class WorkPart { all, centres, sides };
+
+/// Work of the tractions over the step (particle_forces.h), before stresses change volumes or
+/// particles move.
 template <int Dim>
-void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
+void add_work_of_tractions(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
+                           WorkPart part);
 
 /// Which parts of the stress stage to do; pressure smoothing comes between the two.
 enum class StressPart { both, strain, law };

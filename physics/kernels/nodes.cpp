@@ -111,15 +111,16 @@ template <int Dim>
 void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contact.meetings.clear();
   if (patch.active_nodes.empty()) return;
-  const SumOverPatches<Dim> lines(patch, NodeSum::surface, step.step);
+  const SumOverPatches<Dim> near(patch, NodeSum::surface, step.step),
+      around(patch, NodeSum::surface_around, step.step);
   const double offset = surface_offset(*step.model);
-  std::vector<NodeVector> by_body;
+  std::vector<SurfaceEnds> by_body;
   for (const NodeRange& range : patch.active_nodes)
     for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
       if (!patch.contact.between_bodies[static_cast<std::size_t>(i)]) continue;
       by_body.clear();
       for (Local f = i; f < patch.n_nodes(); f += patch.body_nodes)
-        by_body.push_back(lines.most_at(f));
+        by_body.push_back({near.most_at(f), around.most_at(f)});
       add_meetings<Dim>(patch, i, by_body, offset);
     }
 }

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <utility>
 
 #include "physics/base/pack_bits.h"
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
+#include "physics/kernels/kernels.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/particles/contact_couple.h"
 #include "physics/particles/loads.h"
@@ -84,33 +87,99 @@ LAHAR_INLINE void give_gradients(const Basis& basis, Local first, unsigned bits,
   }
 }
 
+/// Weights along axis d of a load at the side of particle p that lies `offset` [m] from its centre.
+/// A load and the stress that bears it are in balance at all nodes if nodes get of the load what
+/// they get of a uniform stress in the particle and in all that lie behind it, as long as it is:
+/// W = +- l sum_m dw(s -+ m l). That is the function at the side but for the error of sums over
+/// particles, which at nodes beyond the surface is as large as it.
+/// Changes nothing for particles that are much longer than cells.
+template <class Basis>
+void side_weights(const Basis& basis, int d, Local p, double s, double offset,
+                  double (&weights)[axis_nodes]) {
+  constexpr int most = 64;       // particles: thinner ones count as if there were no more
+  constexpr double reach = 3.5;  // from the cell's middle to where no function of its nodes is left
+  const double side = offset > 0.0 ? 1.0 : -1.0,
+               length = 2.0 * side * offset / basis.cell_length(d);
+  double total = 0, W[axis_nodes] = {};
+  for (int m = 0; m < most; ++m) {
+    const double at = s - side * m * length, cell = std::floor(at);
+    if (std::abs(at - 0.5) > reach) break;
+    Scalar dw[axis_nodes];
+    basis.axis.slopes(d, p, Scalar(at - cell), dw);
+    for (int k = 0; k < axis_nodes; ++k)
+      if (const int j = k - static_cast<int>(cell); j >= 0 && j < axis_nodes) {
+        W[k] += side * length * dw[j][0];
+        total += side * length * dw[j][0];
+      }
+  }
+  if (!(total > 0.5)) return;
+  for (double& weight : W) weight /= total;  // 1, where particles divide cells evenly
+  if (basis.border >> (2 * d) & 1) fold_first(W);
+  if (basis.border >> (2 * d + 1) & 1) fold_last(W);
+  std::copy_n(W, axis_nodes, weights);
+}
+
+/// As give_functions(), for loads at sides: of component d of the load node i gets N[d]. to(lane)
+/// is a pair of the offsets [m], along the component's axis each, and of add.
+template <int Dim, TensorBasis Basis, class To>
+void give_side_functions(const Basis& basis, Local first, unsigned bits, To to) {
+  Pack w[Dim][axis_nodes], s[Dim];
+  basis.weights(first, w);
+  basis.place(first, s);
+  for_each_bit(bits, [&](int lane) {
+    const auto [offset, add] = to(lane);
+    double W[Dim][axis_nodes];
+    for (int d = 0; d < Dim; ++d) {
+      for (int k = 0; k < axis_nodes; ++k) W[d][k] = w[d][k][lane];
+      if (offset[d] != 0.0) side_weights(basis, d, first + lane, s[d][lane], offset[d], W[d]);
+    }
+    for_each_reached<Basis>(w, lane, [&](int i, const int(&k)[3]) {
+      Vec<Dim> N;
+      for (int d = 0; d < Dim; ++d) {
+        N[d] = 1.0;
+        for (int b = 0; b < Dim; ++b) N[d] *= b == d ? W[b][k[b]] : w[b][k[b]][lane];
+      }
+      add(i, N);
+    });
+  });
+}
+
 /// f_i += N_i f for the particles of one bin, with the forces force(p) and the functions at their
-/// places: N(x + o) = N(x) + o dN/dx(x), with the offset o of each component along its axis. That
-/// is exact for linear functions.
+/// places: side_weights(), or for functions that are no products N(x + o) = N(x) + o dN/dx(x),
+/// with the offset o of each component along its axis, which is exact for linear ones.
 template <int Dim, class Basis, class Force>
 void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, Force force) {
   for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
-    NodeVector of_lane[lanes<Pack>];
-    Vec<Dim> couple[lanes<Pack>];
+    SurfaceForce<Dim> of_lane[lanes<Pack>];
     unsigned acting = 0, aside = 0;  // bit per lane
     for (Local p = first; p < std::min(bin.end, first + lanes<Pack>); ++p) {
       const SurfaceForce<Dim> all = force(p);
       if (all.is_zero()) continue;
       acting |= 1u << (p - first);
-      of_lane[p - first] = node_vector<Dim>(all.force);
-      if (all.offset.isZero(0.0)) continue;
-      aside |= 1u << (p - first);
-      couple[p - first] = all.couple();
+      of_lane[p - first] = all;
+      if (!all.offset.isZero(0.0)) aside |= 1u << (p - first);
     }
     if (acting == 0) continue;
-    give_functions<Dim>(basis, first, acting, [&](int lane) {
-      return
-          [=, f = of_lane[lane]](int i, double N) { general::add_to_node(sums, nodes[i], N * f); };
-    });
-    if (aside == 0) continue;
+    if constexpr (TensorBasis<Basis>) {
+      if (aside != 0)
+        give_side_functions<Dim>(basis, first, aside, [&](int lane) {
+          const Vec<Dim> f = of_lane[lane].force;
+          return std::pair(of_lane[lane].offset, [=](int i, const Vec<Dim>& N) {
+            general::add_to_node(sums, nodes[i], node_vector<Dim>(f.cwiseProduct(N)));
+          });
+        });
+      acting &= ~aside;
+    }
+    if (acting != 0)
+      give_functions<Dim>(basis, first, acting, [&](int lane) {
+        return [=, f = node_vector<Dim>(of_lane[lane].force)](int i, double N) {
+          general::add_to_node(sums, nodes[i], N * f);
+        };
+      });
+    if (aside == 0 || TensorBasis<Basis>) continue;
     give_gradients<Dim>(basis, first, aside, [&](int lane) {
-      return [=, c = couple[lane]](int i, const double(&dN)[Dim]) {
+      return [=, c = of_lane[lane].couple()](int i, const double(&dN)[Dim]) {
         const Vec<Dim> of_node = c.cwiseProduct(Eigen::Map<const Vec<Dim>>(dN));
         general::add_to_node(sums, nodes[i], node_vector<Dim>(of_node));
       };
@@ -155,30 +224,44 @@ void add_own_forces(const Basis& basis, const Patch<Dim>& patch, const StepConte
 
 /// Work of these forces over the step, in bins for which takes(bin) is true. It is taken as at
 /// nodes, with the mean of their velocities before and after the step, from those after it and the
-/// accelerations.
+/// accelerations. What sides do beyond centres goes with strains: it is taken with velocities as
+/// they are where strains are found from others than those after the step, by WorkPart::sides. At
+/// nodes of little mass beyond a surface these differ by more than the work is.
 template <int Dim, class Takes, class Force>
 void add_work_of_forces(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                         const NodeArray& velocity, const NodeArray& acceleration, Takes takes,
-                        Force force) {
+                        Force force, WorkPart part = WorkPart::all) {
   const double* const fields[2] = {velocity.data(), acceleration.data()};
+  const double half = part == WorkPart::sides ? 0.0 : 0.5 * step.dt;
   for_each_bin_with_basis(
       patch, bins, takes, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         for (Local p = bin.begin; p < bin.end; ++p) {
           const SurfaceForce<Dim> all = force(p);
-          if (all.is_zero()) continue;
+          const bool aside = part != WorkPart::centres && !all.offset.isZero(0.0);
+          if (all.is_zero() || (part == WorkPart::sides && !aside)) continue;
           Scalar sum[2][Dim];
           general::interpolate<Dim, 2, Scalar>(basis, p, fields, nodes, sum);
-          for (int d = 0; d < Dim; ++d)
-            patch.work.external +=
-                all.force[d] * (sum[0][d][0] - 0.5 * step.dt * sum[1][d][0]) * step.dt;
-          if (all.offset.isZero(0.0)) continue;
-          const Vec<Dim> couple = all.couple();
-          Scalar L[2][Dim][Dim];
-          for (int k = 0; k < 2; ++k)
-            general::gradient<Dim, Scalar>(basis, p, fields[k], nodes, L[k]);
-          for (int d = 0; d < Dim; ++d)
-            patch.work.external +=
-                couple[d] * (L[0][d][d][0] - 0.5 * step.dt * L[1][d][d][0]) * step.dt;
+          Vec<Dim> at_centre, at_side;
+          for (int d = 0; d < Dim; ++d) at_centre[d] = sum[0][d][0] - half * sum[1][d][0];
+          at_side = at_centre;
+          if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) {
+            if (aside) at_side.setZero();
+            give_side_functions<Dim>(basis, p, aside ? 1u : 0u, [&](int) {
+              return std::pair(all.offset, [&](int i, const Vec<Dim>& N) {
+                const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
+                for (int d = 0; d < Dim; ++d)
+                  at_side[d] += N[d] * (fields[0][at + d] - half * fields[1][at + d]);
+              });
+            });
+          } else if (aside) {
+            Scalar L[2][Dim][Dim];
+            for (int k = 0; k < 2; ++k)
+              general::gradient<Dim, Scalar>(basis, p, fields[k], nodes, L[k]);
+            for (int d = 0; d < Dim; ++d)
+              at_side[d] += all.offset[d] * (L[0][d][d][0] - half * L[1][d][d][0]);
+          }
+          const Vec<Dim> moves = part == WorkPart::sides ? at_side - at_centre : at_side;
+          patch.work.external += step.dt * all.force.dot(moves);
         }
       });
 }

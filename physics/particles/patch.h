@@ -68,7 +68,9 @@ enum class NodeSum : int {
   diagonal,   ///< of a matrix
   // Of projections (projection.h), in place of those of implicit steps.
   kept_pressure = inertia,  ///< {., m p}
-  divergence = residual     ///< {discharge, V, filled space}
+  divergence = residual,    ///< {discharge, V, filled space}
+  // Of contact of bodies (contact_surface.h), which implicit steps do not have.
+  surface_around = inertia  ///< as `surface`, of all particles around
 };
 inline constexpr int n_node_sums = 22;
 /// Sums lie in pairs, {mass_momentum, force}, {momentum, pressure}, {gradient, surface},

@@ -96,13 +96,23 @@ void find_across(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
   if constexpr (Dim == 2) find_gradients_across(patch, step, bins, gradients);
 }
 
+/// Work of tractions that goes with strains: of USL, which has the same velocities for both, all.
+/// Projections count it with G2P.
+template <int Dim>
+void add_work_with_strains(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  if (is_projection(step.model->analysis)) return;
+  const bool all = step.model->analysis.scheme == Scheme::usl;
+  add_work_of_tractions(patch, step, bins, all ? WorkPart::all : WorkPart::sides);
+}
+
 /// update_stress() with gradients that are not those at particles alone, or are left for the pore
-/// pressure. What forces of rigid bodies do because they act at surfaces goes with strains.
+/// pressure. What forces do because they act at surfaces goes with strains.
 template <int Dim>
 void find_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                  StressPart part) {
   const Analysis& analysis = step.model->analysis;
   const bool couples = analysis.rigid_bodies && part != StressPart::law;
+  if (part != StressPart::law) add_work_with_strains(patch, step, bins);
   const bool special = analysis.mean_volume || deforms_across(analysis);
   VelocityGradients<Dim>* gradients = nullptr;
   if (!special && (analysis.two_phase || couples) && general::is(patch)) {
@@ -218,10 +228,11 @@ Stages<Dim> meeting_bodies(const Analysis& analysis) {
                              [](P& p, S& s) {
                                nodal_gradient(p, s);
                                clear_sums(p, s, NodeSum::surface);
+                               clear_sums(p, s, NodeSum::surface_around);
                              },
                          .bins = [](P& p, S& s, ParticleBins bins) { map_surface(p, s, bins); }},
       TimestepStage<Dim>{.stage = {.name = "gaps", .exchange = "surface"},
-                         .takes = {NodeSum::surface},
+                         .takes = {NodeSum::surface, NodeSum::surface_around},
                          .begin = [](P& p, S& s) { meet_bodies(p, s); }}};
 }
 
@@ -286,8 +297,7 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
                                .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::pressure); },
                                .bins =
                                    [](P& p, S& s, ParticleBins bins) {
-                                     if (s.model->analysis.scheme == Scheme::usl)
-                                       add_work_of_tractions(p, s, bins);
+                                     add_work_with_strains(p, s, bins);
                                      if (s.model->analysis.rigid_bodies) count_couples(p, s, bins);
                                      update_stress(p, s, bins, StressPart::strain);
                                      map_pressure(p, s, bins);
@@ -313,12 +323,9 @@ Stages<Dim> strain_and_stress(const Analysis& analysis) {
             take_mean_volume(p, s, bins, gradients_of_chunk<Dim>());
           update_stress(p, s, bins, StressPart::both, &gradients_of_chunk<Dim>());
         }}};
-  return {TimestepStage<Dim>{.stage = {.name = "stress", .needs_dt = needs_dt},
-                             .bins = [](P& p, S& s, ParticleBins bins) {
-                               if (s.model->analysis.scheme == Scheme::usl)
-                                 add_work_of_tractions(p, s, bins);
-                               find_stress(p, s, bins, StressPart::both);
-                             }}};
+  return {TimestepStage<Dim>{
+      .stage = {.name = "stress", .needs_dt = needs_dt},
+      .bins = [](P& p, S& s, ParticleBins bins) { find_stress(p, s, bins, StressPart::both); }}};
 }
 
 template <int Dim>
@@ -466,14 +473,15 @@ Stages<Dim> g2p(const Analysis& analysis) {
     stage.bins = [](P& p, S& s, ParticleBins bins) { move_particles(p, s, bins); };
   else if (stress_follows_g2p(analysis))
     stage.bins = [](P& p, S& s, ParticleBins bins) {
-      add_work_of_tractions(p, s, bins);
+      add_work_of_tractions(p, s, bins, WorkPart::all);
       update_particles(p, s, bins, &gradients_of_chunk<Dim>());
     };
   else if (analysis.scheme == Scheme::usl)  // where stress comes first, it adds the work
     stage.bins = [](P& p, S& s, ParticleBins bins) { update_particles(p, s, bins); };
   else
     stage.bins = [](P& p, S& s, ParticleBins bins) {
-      add_work_of_tractions(p, s, bins);
+      const bool all = is_projection(s.model->analysis);
+      add_work_of_tractions(p, s, bins, all ? WorkPart::all : WorkPart::centres);
       update_particles(p, s, bins);
     };
   return {stage};

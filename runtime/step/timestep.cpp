@@ -8,17 +8,18 @@ NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl || analysis.scheme == Scheme::newmark ? 2 : 1;
   // Rounds of a solver have one exchange as well.
+  const bool meets = analysis.contact.bodies > 1;
   const int solver = begins_with_solve(analysis) ? 2 : 0;
   const bool more = maps_velocities_again(analysis) || analysis.pressure_smoothing;
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are
   // mapped is begun anywhere near.
-  return {{copies, more ? 1 : 0, analysis.contact.bodies > 1 ? 1 : 0, analysis.takes_means ? 1 : 0,
+  return {{copies, more ? 1 : 0, meets ? 1 : 0, analysis.takes_means ? 1 : 0,
            analysis.drives_nodes ? 1 : 0, has_filter(analysis.transfer) ? 1 : 0,
            analysis.two_phase ? copies : 0, analysis.two_phase ? copies : 0,
            !analysis.two_phase         ? 0
            : analysis.liquid_advection ? copies
                                        : 1,
-           solver, solver}};
+           meets ? 1 : solver, solver}};
 }
 
 bool keeps_nodal_state(const Analysis& analysis) {

@@ -105,6 +105,16 @@ Result run_on_slab(Model<2> model) {
 
 }  // namespace
 
+// The front edge of the block presses into the slab, which met it askew: it braked as a friction of
+// 0.007, with half of the cell of 0.012, and of 0.033 with a quarter.
+TEST_CASE("a block that slides on another body without friction keeps its speed") {
+  for (const Setup& setup : setups) {
+    const Result r = run_on_slab(
+        on_slab(setup, R"({"box": {"min": [0.4, 0.4], "max": [1.2, 0.8]}})", 2, 0, 0, 0.7, 1.5));
+    CHECK(std::abs(r.end.v[0] - 1.5) < 1e-4 * g * 0.7);
+  }
+}
+
 TEST_CASE(
     "a block that slides on another body stops as Coulomb says, and friction has its energy") {
   constexpr double mu = 0.3, v0 = 1.5, distance = v0 * v0 / (2 * mu * g);
@@ -118,7 +128,7 @@ TEST_CASE(
                     << r.row.balance / kinetic);
     // The block trembles while it slides: contact takes 2 to 3 % of its energy along the normal,
     // and 1 to 2 % are left as vibration.
-    CHECK(moved == doctest::Approx(distance).epsilon(0.02));
+    CHECK(std::abs(moved - distance) < 0.005 * distance);
     CHECK(r.row.friction == doctest::Approx(mu * r.start.mass * g * moved).epsilon(0.03));
     CHECK(r.row.friction == doctest::Approx(kinetic).epsilon(0.04));
     CHECK(std::abs(r.row.balance) < 0.001 * kinetic);
@@ -161,11 +171,11 @@ TEST_CASE("elastic bodies that may meet others spin on, with defaults") {
   CHECK(simulation.history().kinetic == doctest::Approx(kinetic).epsilon(0.05));
 }
 
-// Turning is resisted as if the normal force acted a quarter to a third of a cell ahead of the
-// centre (from spins; 4 and 8 cells per radius): nodes ahead of the lowest point are pressed, and
-// bodies part behind it. Half of the cell more than halves the errors.
+// Turning is resisted as if the normal force acted 0.3 to 0.4 of a cell ahead of the centre (from
+// spins; 4, 8 and 16 cells per radius): nodes ahead of the lowest point are pressed, and bodies
+// part behind it. Later than this the cylinder, which falls on the slab at the start, hops.
 TEST_CASE("a cylinder rolls down another body at 2/3 of g sin, or slides and turns by friction") {
-  constexpr double theta = std::numbers::pi / 6, radius = 0.4, time = 0.6;
+  constexpr double theta = std::numbers::pi / 6, radius = 0.4, time = 0.4;
   for (const double mu : {0.6, 0.1}) {  // more and less than tan(theta) / 3 = 0.19
     std::array<double, 2> coarse{};
     for (const Setup& setup : setups) {
@@ -181,15 +191,16 @@ TEST_CASE("a cylinder rolls down another body at 2/3 of g sin, or slides and tur
                     << ", friction " << r.row.friction << " J, balance "
                     << r.row.balance / r.row.external);
       const double slow = 1 - r.end.v[0] / (a * time), lazy = 1 + r.end.spin / (turns * time);
+      if (!rolls) CHECK(std::abs(slow) < 0.005);
       if (setup.cell == 0.1) {
         if (setup.safety == 0.4) coarse = {slow, lazy};
         CHECK(std::abs(slow - coarse[0]) < 0.02);
         CHECK(std::abs(lazy - coarse[1]) < 0.02);
-        CHECK(std::abs(slow) < (rolls ? 0.17 : 0.04));
-        CHECK(std::abs(lazy) < (rolls ? 0.18 : 0.7));
+        CHECK(std::abs(slow) < 0.22);
+        CHECK(std::abs(lazy) < (rolls ? 0.17 : 0.75));
       } else {
-        CHECK(std::abs(slow) < 0.5 * std::abs(coarse[0]));
-        CHECK(std::abs(lazy) < 0.5 * std::abs(coarse[1]));
+        if (rolls) CHECK(std::abs(slow) < 0.5 * std::abs(coarse[0]));
+        CHECK(std::abs(lazy) < (rolls ? 0.5 : 0.6) * std::abs(coarse[1]));
       }
       CHECK(std::abs(r.row.balance) < 0.002 * r.row.external);
     }
