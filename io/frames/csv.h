@@ -24,9 +24,9 @@ void write_csv(const Frame& frame, const std::filesystem::path& file);
 
 /// Read a table with the columns above in any order; only `id` is required, and rows may be in any
 /// order. Tensors come back with 6 components; state variables are named svars_k;
-/// `material` or `material_id` becomes the frame's material; columns with other names become scalars of unknown
-/// unit. Step and time are 0: a table has none.
-/// Throws IoError, or InputError with line and column of every problem (at most 20).
+/// `material` or `material_id` becomes the frame's material; columns with other names become
+/// scalars of unknown unit. Step and time are 0: a table has none. Throws IoError, or InputError
+/// with line and column of every problem (at most 20).
 Frame read_csv(const std::filesystem::path& file);
 
 /// The same from text; `name` is used in messages.
