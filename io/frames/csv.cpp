@@ -1,5 +1,8 @@
 #include "io/frames/csv.h"
 
+#include <algorithm>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "io/base/atomic_file.h"
@@ -20,8 +23,45 @@ struct Source {
   int stride;
 };
 
-std::vector<Source> sources(const Frame& frame) {
-  std::vector<Source> list;
+/// Columns of a frame, and what has no numbers there.
+struct Table {
+  std::vector<Source> columns;
+  std::vector<double> material;
+};
+
+/// Strains of sheets and bodies of revolution have a component across the plane.
+bool has_strain_across(const Frame& frame) {
+  const FrameColumn* strain = frame.find("strain");
+  if (frame.dim != 2 || !strain) return false;
+  for (std::size_t at = 2; at < strain->values.size(); at += 6)
+    if (strain->values[at] != 0) return true;
+  return false;
+}
+
+/// All components of columns whose names are not there yet: state variables by their own names,
+/// vectors and what else a frame has.
+void add_others(const Frame& frame, std::vector<Source>& list) {
+  std::set<std::string> names{"id"};
+  for (const Source& source : list) names.insert(source.name);
+  for (const FrameColumn& column : frame.columns) {
+    const bool in_table = std::any_of(table_fields().begin(), table_fields().end(),
+                                      [&](const auto& f) { return f.frame_name == column.name; });
+    if (in_table) continue;
+    const auto suffixes = component_names(column.components);
+    for (int c = 0; c < column.components; ++c) {
+      std::string name = column.name;
+      if (column.components > 1)
+        name += '_' + (suffixes.empty() ? std::to_string(c)
+                                        : std::string(suffixes[static_cast<std::size_t>(c)]));
+      if (names.insert(name).second)
+        list.push_back({std::move(name), column.values.data() + c, column.components});
+    }
+  }
+}
+
+Table table_of(const Frame& frame) {
+  Table table;
+  std::vector<Source>& list = table.columns;
   for (const TableField& field : table_fields()) {
     const bool coordinates = field.frame_name == "coordinates";
     const FrameColumn* column = coordinates ? nullptr : frame.find(field.frame_name);
@@ -34,7 +74,14 @@ std::vector<Source> sources(const Frame& frame) {
   const std::vector<std::string> state = state_variable_names(frame);
   for (std::size_t k = 0; k < state.size(); ++k)
     if (!state[k].empty()) list.push_back({state[k], frame.columns[k].values.data(), 1});
-  return list;
+  if (!frame.material.empty()) {
+    table.material.assign(frame.material.begin(), frame.material.end());
+    list.push_back({"material", table.material.data(), 1});
+  }
+  if (has_strain_across(frame))
+    list.push_back({"strain_zz", frame.find("strain")->values.data() + 2, 6});
+  add_others(frame, list);
+  return table;
 }
 
 /// The name of a column, which may come from any file, in the header (RFC 4180).
@@ -50,7 +97,8 @@ std::string csv_name(const std::string& name) {
 template <class Sink>
 void emit(const Frame& frame, Sink&& sink) {
   check_consistent(frame);
-  const std::vector<Source> columns = sources(frame);
+  const Table table = table_of(frame);
+  const std::vector<Source>& columns = table.columns;
   std::string text = "id";
   for (const Source& column : columns) text += ',' + csv_name(column.name);
   text += '\n';

@@ -120,7 +120,7 @@ class TableReader {
       problem(line_, 0, "there is no column 'id'", line);
     else
       targets_[id->second].kind = Target::Kind::id;
-    for (const char* name : {"coord_z", "displacement_z", "velocity_z", "stress_yz", "strain_zz"})
+    for (const char* name : {"coord_z", "displacement_z", "velocity_z", "stress_yz", "strain_yz"})
       if (position.contains(name)) three_dimensional_ = true;
     frame_.dim = three_dimensional_ ? 3 : 2;
     frame_.columns.reserve(table_fields().size() + columns_);  // targets point into it
@@ -159,12 +159,15 @@ class TableReader {
     for (std::size_t c = 0; c < components.size(); ++c)
       targets_[found[c]] = {Target::Kind::value, values, components[c].position,
                             frame_components(field.kind, frame_.dim)};
+    const auto across = position.find("strain_zz");
+    if (field.kind == TableField::Kind::strain && frame_.dim == 2 && across != position.end())
+      targets_[across->second] = {Target::Kind::value, values, 2, 6};
   }
 
   /// Columns that belong to no field.
   void add_other(const std::string& name, Target& target) {
     if (target.kind != Target::Kind::skip || name.empty()) return;
-    if (name == "material_id") {
+    if (name == "material" || name == "material_id") {
       target.kind = Target::Kind::material;
       return;
     }

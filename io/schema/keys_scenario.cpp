@@ -218,7 +218,8 @@ const Section& post_processing_section() {
            .native = true},
           {.key = "gauge_dt",
            .kinds = number,
-           .help = "instead of gauge_steps: a row at every multiple of this time, as output_dt",
+           .help = "instead of gauge_steps: a row at every multiple of this time, as output_dt; "
+                   "adaptive steps end there, too",
            .unit = "s",
            .fallback = "0",
            .min = 0,

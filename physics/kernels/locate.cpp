@@ -270,12 +270,16 @@ typename Mesh<Dim>::Found find_cell(const Patch<Dim>& patch, const Mesh<Dim>& me
 }
 
 template <int Dim>
-void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i, Index step) {
+void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i,
+            const StepContext<Dim>& step) {
   RemovedParticle& removed = patch.removed.emplace_back();
-  removed.step = step;
+  removed.step = step.step + 1;
   removed.id = movers.id[static_cast<std::size_t>(i)];
   removed.mass = movers.row(Column::mass)[i];
   removed.material = movers.material[static_cast<std::size_t>(i)];
+  if (const auto& liquid = step.model->materials[static_cast<std::size_t>(removed.material)].liquid)
+    removed.liquid_mass =
+        Pores(*liquid).liquid_mass(Scalar(removed.mass), Scalar(movers.row(Column::volume)[i]))[0];
   for (int d = 0; d < Dim; ++d) {
     removed.position[static_cast<std::size_t>(d)] = movers.row(Column::x, d)[i];
     removed.velocity[static_cast<std::size_t>(d)] = movers.row(Column::v, d)[i];
@@ -308,7 +312,7 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
       return stays(ParticleFault::Kind::moved_too_far);
     if (!step.model->analysis.remove_leaving_particles)
       return stays(ParticleFault::Kind::left_mesh);
-    return remove(patch, movers, i, step.step + 1);
+    return remove(patch, movers, i, step);
   }
   if (has_natural)
     for (int d = 0; d < Dim; ++d) movers.row(Column::xi, d)[i] = found.xi[d];

@@ -17,6 +17,7 @@ template <int Dim>
 struct Rows {
   std::array<double*, stress_components<Dim>> stress;
   std::array<double*, strain_components<Dim>> strain{};
+  double* strain_across = nullptr;
   double* volume;
   std::array<double*, most_state> state{};
   double* opening = nullptr;
@@ -29,6 +30,8 @@ struct Rows {
         volume(particles.row(Column::volume)) {
     if (particles.layout().has(Column::strain))
       strain = particles.template rows<strain_components<Dim>>(Column::strain);
+    if (particles.layout().has(Column::strain_across))
+      strain_across = particles.row(Column::strain_across);
     if (particles.layout().has(Column::state))
       for (int k = 0; k < particles.layout().components(Column::state); ++k)
         state[static_cast<std::size_t>(k)] = particles.row(Column::state, k);
@@ -53,6 +56,7 @@ struct Rows {
     all(domain), all(next_domain), all(vectors), all(next_vectors);
     use(volume);
     if (opening) use(opening);
+    if (strain_across) use(strain_across);
   }
 };
 
@@ -91,6 +95,12 @@ LAHAR_INLINE void add_strain(const Rows<Dim>& rows, const LawInput<Of, Real>& in
     const auto row = static_cast<std::size_t>(strain_voigt<Dim>[k]);
     store_first(Real(strain[row] * (k < normal ? 1.0 : 2.0) + in.dt * in.rate[row]),
                 rows.strain[k] + p, n);
+  }
+  if constexpr (Dim != Of) {  // turning in the plane leaves it as it is
+    constexpr std::size_t zz = 2;
+    if (rows.strain_across)
+      store_first(Real(load<Real>(rows.strain_across + p) + in.dt * in.rate[zz]),
+                  rows.strain_across + p, n);
   }
 }
 

@@ -23,6 +23,7 @@ ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bo
   needs.corners = functions.domain == ParticleDomain::corners;
   needs.next_corners = needs.corners && moves_first;
   needs.strain = stressed || deforms_across(analysis);
+  needs.strain_across = deforms_across(analysis);
   needs.liquid = analysis.two_phase;
   needs.liquid_affine = needs.liquid && needs.affine;
   needs.acceleration = is_implicit(analysis) && !analysis.implicit.quasi_static;

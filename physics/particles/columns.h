@@ -20,7 +20,7 @@ enum class Column : int {
   v,              ///< velocity
   u,              ///< displacement
   stress,         ///< Cauchy; 2D: xx yy zz xy
-  strain,         ///< engineering shear; 2D: xx yy xy
+  strain,         ///< engineering shear; 2D: xx yy xy, see strain_across
   volume,         ///< present volume
   mass,           ///< mass
   size,           ///< edges at the beginning, for tractions
@@ -41,6 +41,7 @@ enum class Column : int {
   contact_shear,  ///< of it, what friction has built up
   contact_reach,  ///< distance from the place to the surface where contact begins; 0: not known yet
   contact_couple,  ///< of contact_force: it acts at the surface; xx, yy, xy, in 3D with zz, yz, xz
+  strain_across,   ///< zz of `strain` in 2D, where particles deform across the plane
 };
 
 /// Which columns a model needs beside those that all have (columns.cpp). What follows from other
@@ -52,13 +53,14 @@ struct ColumnNeeds {
                          ///< needed when x has moved on (MUSL); else they follow from x
   bool affine = false;   ///< APIC and TPIC
   bool domain = false;   ///< GIMP
-  bool next_domain = false;   ///< GIMP with domains that stretch
-  bool vectors = false;       ///< CPDI
-  bool corners = false;       ///< CPDI2
-  bool next_corners = false;  ///< CPDI2 where functions are used after particles have moved (MUSL)
-  bool strain = false;        ///< not where all laws give it as a function of stress (strain_of())
-  bool opening = false;       ///< materials with a limit of tension, see physics/kernels/opening.h
-  bool liquid = false;        ///< in pores: its velocity and pressure
+  bool next_domain = false;    ///< GIMP with domains that stretch
+  bool vectors = false;        ///< CPDI
+  bool corners = false;        ///< CPDI2
+  bool next_corners = false;   ///< CPDI2 where functions are used after particles have moved (MUSL)
+  bool strain = false;         ///< not where all laws give it as a function of stress (strain_of())
+  bool strain_across = false;  ///< in 2D: plane stress, axisymmetric
+  bool opening = false;        ///< materials with a limit of tension, see physics/kernels/opening.h
+  bool liquid = false;         ///< in pores: its velocity and pressure
   bool liquid_affine = false;
   bool acceleration = false;  ///< Newmark's method
   bool contact = false;       ///< with rigid bodies
@@ -107,6 +109,7 @@ inline constexpr auto column_table = std::to_array<ColumnInfo>({
     {Column::contact_shear, "contact_shear",   "N",     2,  3, false, &ColumnNeeds::contact},
     {Column::contact_reach, "contact_reach",   "m",     1,  1, false, &ColumnNeeds::contact},
     {Column::contact_couple, "contact_couple", "N m",   3,  6, false, &ColumnNeeds::contact},
+    {Column::strain_across, "strain_across",   "-",     1,  0, false, &ColumnNeeds::strain_across},
 });
 // clang-format on
 inline constexpr int n_columns = static_cast<int>(column_table.size());

@@ -12,7 +12,8 @@
 namespace lahar {
 
 /// A particle as frames show it: what a derived field may follow from. In 2D components that do not
-/// exist are zero, and mass [kg] and volume [m^3] are per metre of thickness.
+/// exist are zero (the strain zz exists in sheets and bodies of revolution), and mass [kg] and
+/// volume [m^3] are those of the whole body: of a metre of thickness, or of rings.
 struct ParticleValues {
   double mass = 0, volume = 0;
   std::array<double, 3> x{}, v{}, u{};  ///< [m], [m/s], [m]

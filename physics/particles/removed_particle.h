@@ -11,7 +11,8 @@ namespace lahar {
 struct RemovedParticle {
   Index step = 0;  ///< updates done when it was outside
   Index id = -1;
-  double mass = 0;                   ///< [kg]
+  double mass = 0;                   ///< [kg] without the liquid in its pores
+  double liquid_mass = 0;            ///< [kg]
   std::array<double, 3> position{};  ///< [m] outside the mesh
   std::array<double, 3> velocity{};  ///< [m/s]
   Index material = -1;               ///< index into the model's materials

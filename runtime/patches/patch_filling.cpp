@@ -179,6 +179,10 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
       for (std::size_t k = 0; k < strain.size(); ++k)
         strain[k][i] = table.strain[row][Dim == 2 && k == 2 ? 3 : k];
     });
+    if (to.layout().has(Column::strain_across)) {
+      double* across = to.row(Column::strain_across);
+      for_each_row(rows, [&](std::size_t row, std::size_t i) { across[i] = table.strain[row][2]; });
+    }
   }
   if (to.layout().has(Column::contact_reach) && !table.reach.empty()) {
     double* reach = to.row(Column::contact_reach);  // negative: bodies have not seen it yet

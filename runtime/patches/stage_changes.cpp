@@ -85,6 +85,7 @@ void reset(Patch<Dim>& patch, const StageChanges<Dim>& changes) {
   };
   clear(changes.reset_displacements, Column::u);
   clear(changes.reset_strains, Column::strain);
+  clear(changes.reset_strains, Column::strain_across);
 }
 
 /// Takes the particles of patches one after the other to where the changes bring them.

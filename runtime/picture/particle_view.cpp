@@ -64,6 +64,12 @@ Look look_of(const std::string& text, int dim) {
   return {.kind = Look::Kind::section, .normal = static_cast<int>(axis), .at = at};
 }
 
+std::string file_part_of(const Look& look) {
+  if (look.kind == Look::Kind::plan) return "-plan";
+  if (look.kind != Look::Kind::section) return "";
+  return fmt::format("-{}={}", "xyz"[look.normal], look.at);
+}
+
 std::string name_of(const Look& look) {
   switch (look.kind) {
     case Look::Kind::plane:

@@ -25,6 +25,9 @@ struct Look {
 /// From "3d", "plan", or "y=12.5"; "" is the plane or 3d. Throws InputError.
 Look look_of(const std::string& text, int dim);
 
+/// What it adds to names of files: "-plan", "-y=12.5"; "" of a plane and of 3d.
+std::string file_part_of(const Look& look);
+
 /// "plan", "section at y = 12.5 m"; "" of a plane.
 std::string name_of(const Look& look);
 

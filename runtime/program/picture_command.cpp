@@ -137,9 +137,10 @@ class Pictures {
     fs::path folder = output;
     if (output.empty()) folder = fs::is_directory(run) ? run / "pictures" : run.parent_path();
     if (!folder.empty()) make_folder(folder);
-    if (arguments_.film) return folder / (arguments_.field + extension);
-    return folder / (arguments_.field +
-                     frame_name(frame.step, extension).substr(std::string("particles").size()));
+    const std::string name = arguments_.field + file_part_of(options_.look);
+    if (arguments_.film) return folder / (name + extension);
+    return folder /
+           (name + frame_name(frame.step, extension).substr(std::string("particles").size()));
   }
 
   const PictureArguments& arguments_;

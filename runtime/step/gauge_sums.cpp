@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "physics/base/error.h"
+#include "physics/materials/pore_liquid.h"
 
 namespace lahar {
 
@@ -42,6 +43,14 @@ class Counted {
       return false;
     return !gauge_.of_set ||
            std::binary_search(gauge_.ids.begin(), gauge_.ids.end(), particles_.id[slot]);
+  }
+  /// Of the liquid in a particle's pores [kg]; 0 without one. Not inlined, so that its bits do not
+  /// depend on what is done beside it.
+  [[gnu::noinline]] double liquid_mass(Local p) const {
+    const auto& liquid = model_.materials[particles_.material[static_cast<std::size_t>(p)]].liquid;
+    if (!liquid) return 0;
+    return Pores(*liquid).liquid_mass(Scalar(particles_.row(Column::mass)[p]),
+                                      Scalar(particles_.row(Column::volume)[p]))[0];
   }
   double x(int d, Local p) const { return x_[static_cast<std::size_t>(d)][p]; }
   /// Distance from the gauge's origin along its direction [m].
@@ -168,31 +177,40 @@ class GaugeAdder {
     });
   }
 
-  /// Mass with and without what has left the mesh, and volume.
+  /// Mass with and without what has left the mesh, and volume. Grains and liquid count.
   void plane() {
     const double *m = particles_.row(Column::mass), *V = particles_.row(Column::volume);
     for_counted([&](Local p) {
       if (!(counted_.position(p) > 0)) return;
-      exact(0) += m[p];
-      exact(1) += m[p];
+      for (const double part : {m[p], counted_.liquid_mass(p)}) {
+        exact(0) += part;
+        exact(1) += part;
+      }
       exact(2) += V[p];
     });
+  }
+
+  /// Mass, momentum and kinetic energy of grains or liquid; returns the square of their speed.
+  double add_phase(Local p, double m, Column velocity) {
+    double square = 0;
+    for (int d = 0; d < Dim; ++d) {
+      const double v = particles_.row(velocity, d)[p];
+      exact(static_cast<std::size_t>(3 + d)) += m * counted_.x(d, p);
+      exact(static_cast<std::size_t>(3 + Dim + d)) += m * v;
+      square += v * v;
+    }
+    exact(0) += m;
+    exact(2) += 0.5 * m * square;
+    return square;
   }
 
   void particles() {
     const double *mass = particles_.row(Column::mass), *V = particles_.row(Column::volume);
     for_counted([&](Local p) {
-      const double m = mass[p];
-      double square = 0;
-      for (int d = 0; d < Dim; ++d) {
-        const double v = particles_.row(Column::v, d)[p];
-        exact(static_cast<std::size_t>(3 + d)) += m * counted_.x(d, p);
-        exact(static_cast<std::size_t>(3 + Dim + d)) += m * v;
-        square += v * v;
-      }
-      exact(0) += m;
+      const double square = add_phase(p, mass[p], Column::v);
+      if (const double liquid = counted_.liquid_mass(p); liquid > 0)
+        add_phase(p, liquid, Column::liquid_v);
       exact(1) += V[p];
-      exact(2) += 0.5 * m * square;
       ++all_.added[open_.slots.added];
       least(0, -std::sqrt(square));
     });

@@ -1,9 +1,13 @@
 #include "runtime/step/gauges.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
+
+#include "physics/materials/pore_liquid.h"
 
 namespace lahar {
 
@@ -160,7 +164,8 @@ void Gauges<Dim>::add_to(Found& found, Patch<Dim>& patch) const {
     add_to_gauge(open, patch, model_, own);
     if (open.gauge->kind != Kind::plane) continue;
     for (const RemovedParticle& one : patch.removed)
-      if (has_passed(*open.gauge, one, model_)) own.exact[open.slots.exact] += one.mass;
+      if (has_passed(*open.gauge, one, model_))
+        for (const double mass : {one.mass, one.liquid_mass}) own.exact[open.slots.exact] += mass;
   }
   if constexpr (Dim == 3) {
     if (!plan_.maps.wanted) return;
@@ -347,7 +352,8 @@ std::vector<double> Gauges<Dim>::plane_row(const OpenGauge<Dim>& open, const Gau
                                            double time) {
   double &at_start = state_.beyond[2 * open.number],
          &passed_before = state_.beyond[2 * open.number + 1];
-  // Particles that left beyond the plane have passed it. Those that patches list are in the sum.
+  // Particles that left beyond the plane have passed it, those that came in there have not. Those
+  // that patches list as removed are in the sum.
   ExactSum beyond_or_gone = removed_beyond(open.number);
   beyond_or_gone += all.exact[open.slots.exact];
   const double passed_or_there = beyond_or_gone.value();
@@ -370,14 +376,61 @@ ExactSum Gauges<Dim>::removed_beyond(std::size_t plane) const {
 }
 
 template <int Dim>
+void Gauges<Dim>::set_removed_beyond(std::size_t plane, const ExactSum& sum) {
+  std::copy(sum.elements().begin(), sum.elements().end(),
+            state_.removed.begin() + static_cast<std::ptrdiff_t>(plane * ExactSum::size));
+}
+
+template <int Dim>
 void Gauges<Dim>::add_removed(std::span<const RemovedParticle> particles) {
   for (const auto& open : gauges_) {
     if (open.gauge->kind != Kind::plane) continue;
     ExactSum sum = removed_beyond(open.number);
     for (const RemovedParticle& one : particles)
-      if (has_passed(*open.gauge, one, model_)) sum += one.mass;
-    std::copy(sum.elements().begin(), sum.elements().end(),
-              state_.removed.begin() + static_cast<std::ptrdiff_t>(open.number * ExactSum::size));
+      if (has_passed(*open.gauge, one, model_))
+        for (const double mass : {one.mass, one.liquid_mass}) sum += mass;
+    set_removed_beyond(open.number, sum);
+  }
+}
+
+template <int Dim>
+void Gauges<Dim>::add_injected(const Patch<Dim>& patch, std::span<const Index> events,
+                               std::vector<ExactSum>& beyond) const {
+  for (const Index event : events) {
+    const auto at = std::lower_bound(patch.injection_cells.begin(), patch.injection_cells.end(),
+                                     event, [](const auto& a, Index e) { return a.event < e; });
+    const Injection<Dim>& source = model_.injections[at->generator];
+    const Material& material = model_.materials[source.material];
+    RemovedParticle one;  // as one that is taken away again
+    one.id = first_injected_id;
+    one.material = source.material;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(source.per_cell); ++i) {
+      const Vec<Dim>& x = patch.injection_points[at->first_point + i];
+      std::copy_n(x.data(), Dim, one.position.begin());
+      const double volume = at->volume * depth_at(model_.analysis, x[0]);
+      const double mass = volume * material.density;
+      double liquid = 0;
+      if (material.liquid)
+        liquid = Pores(*material.liquid).liquid_mass(Scalar(mass), Scalar(volume))[0];
+      for (const auto& open : gauges_)
+        if (open.gauge->kind == Kind::plane && has_passed(*open.gauge, one, model_))
+          for (const double part : {mass, liquid}) beyond[open.number] += part;
+    }
+  }
+}
+
+template <int Dim>
+void Gauges<Dim>::take_injected(std::span<const Index> beyond) {
+  std::vector<ExactSum> sums(n_planes());
+  read_exact(beyond, sums);
+  for (std::size_t plane = 0; plane < sums.size(); ++plane) {
+    // Against what has left there: exactly, element by element.
+    std::array<Index, ExactSum::size> less;
+    std::transform(sums[plane].elements().begin(), sums[plane].elements().end(), less.begin(),
+                   std::negate<Index>());
+    ExactSum sum = removed_beyond(plane);
+    sum += ExactSum(less);
+    set_removed_beyond(plane, sum);
   }
 }
 

@@ -38,7 +38,13 @@ class Gauges {
                     const Communicator& ranks);
   /// They left the mesh, and patches do not list them any more; the same on all ranks.
   void add_removed(std::span<const RemovedParticle> particles);
+  /// What came into a patch by these events did not pass a plane: add its mass beyond each one.
+  void add_injected(const Patch<Dim>& patch, std::span<const Index> events,
+                    std::vector<ExactSum>& beyond) const;
+  /// The sums of a step over all ranks; steps in order, each before its rows are taken.
+  void take_injected(std::span<const Index> beyond);
 
+  std::size_t n_planes() const { return state_.beyond.size() / 2; }
   std::size_t n_sums() const;   ///< of Agreement::sum
   std::size_t n_least() const;  ///< of Agreement::lowest
   const GaugeState& state() const { return state_; }
@@ -60,6 +66,7 @@ class Gauges {
   double area_of_weights(const std::array<double, 3>& place, double radius) const;
   void add_tracks(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;
   ExactSum removed_beyond(std::size_t plane) const;  ///< GaugeState::removed of a plane
+  void set_removed_beyond(std::size_t plane, const ExactSum& sum);
   std::vector<double> plane_row(const OpenGauge<Dim>& open, const GaugeSums& all, double time);
 
   const Model<Dim>& model_;

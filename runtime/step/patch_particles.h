@@ -18,7 +18,7 @@ struct Patch;
 struct PatchColumn {
   const char* name;  ///< as in column_table
   const char* unit;
-  int components;  ///< as stored: 2D stress xx yy zz xy, 2D strain xx yy xy
+  int components;  ///< as stored: 2D stress xx yy zz xy, 2D strain xx yy xy (zz: strain_across)
   const double* first;
   std::size_t stride;
 };

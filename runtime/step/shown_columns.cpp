@@ -14,6 +14,13 @@ int voigt(Column column, int component) {
   return component;
 }
 
+/// The component zz of strains, where 2D has one; else null.
+template <int Dim>
+const double* strain_across(const Particles<Dim>& particles) {
+  const bool stored = particles.layout().has(Column::strain_across);
+  return stored ? particles.row(Column::strain_across) : nullptr;
+}
+
 /// Strain is shown even where it is not stored.
 template <int Dim>
 bool is_shown(const ColumnInfo& info, const ColumnLayout<Dim>& layout) {
@@ -66,6 +73,8 @@ template <int Dim>
 void ShownColumn<Dim>::get(const ParticleBlock<Dim>& block, double* to) const {
   const Particles<Dim>& particles = *block.particles;
   const int width = components();
+  const bool is_strain = info_ && info_->column == Column::strain;
+  const double* across = is_strain ? strain_across(particles) : nullptr;
   block.for_each_range([&](Local begin, Local end) {
     if (variable_)
       for (Local p = begin; p < end; ++p) to[p - begin] = state_variable(particles, p);
@@ -80,6 +89,8 @@ void ShownColumn<Dim>::get(const ParticleBlock<Dim>& block, double* to) const {
         double* at = to + (tensor_ ? voigt<Dim>(info_->column, c) : c);
         for (Local p = begin; p < end; ++p, at += width) *at = from[p];
       }
+    if (across)
+      for (Local p = begin; p < end; ++p) to[(p - begin) * width + 2] = across[p];
     to += static_cast<std::ptrdiff_t>(end - begin) * width;
   });
 }
@@ -133,6 +144,7 @@ ParticleValues ShownColumn<Dim>::values_of(const Particles<Dim>& particles, Loca
     take(Column::strain, values.strain.data());
   else
     derive_strain(particles, p, values.strain.data());
+  if (const double* across = strain_across(particles)) values.strain[2] = across[p];
   const auto& liquid = model_->materials[particles.material[static_cast<std::size_t>(p)]].liquid;
   if (!liquid) return values;
   const Pores pores(*liquid);

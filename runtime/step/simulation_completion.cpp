@@ -20,10 +20,16 @@ Agreement SimulationDriver<Dim>::give(Step step) {
   if (sums_due(step)) history_.give(step, own);
   if (log_.due(time_.time_at(step))) {
     std::vector<Index> events;
-    for (auto& of_patch : injected_[step])
-      for (const Index event : std::exchange(of_patch, {})) events.push_back(event);
+    std::vector<ExactSum> beyond(gauges_.n_planes());
+    for (std::size_t i = 0; i < injected_[step].size(); ++i) {
+      const std::vector<Index> of_patch = std::exchange(injected_[step][i], {});
+      gauges_.add_injected(patches_[static_cast<int>(i)], of_patch, beyond);
+      events.insert(events.end(), of_patch.begin(), of_patch.end());
+    }
     const std::vector<Index> elements = log_.elements(events);
     own.sum.insert(own.sum.end(), elements.begin(), elements.end());
+    for (const ExactSum& sum : beyond)
+      own.sum.insert(own.sum.end(), sum.elements().begin(), sum.elements().end());
   }
   if (gauges_due(step)) gauges_.give(step, own);
   epochs_.give(step, own);
@@ -62,8 +68,11 @@ void SimulationDriver<Dim>::plan_checkpoint(Step step) {
 template <int Dim>
 void SimulationDriver<Dim>::take_injected(Step step) {
   const Index before = log_.next_id();
-  log_.take(step, std::span(std::as_const(agreed_[step].sum))
-                      .subspan(sums_due(step) ? history_.n_elements() : 0, log_.n_elements()));
+  const auto sums = std::span(std::as_const(agreed_[step].sum))
+                        .subspan(sums_due(step) ? history_.n_elements() : 0);
+  log_.take(step, sums.first(log_.n_elements()));
+  gauges_.take_injected(
+      sums.subspan(log_.n_elements(), gauges_.n_planes() * std::size_t{ExactSum::size}));
   stager_.add_particles(log_.next_id() - before);
   // In a state, without sums of nodes.
   const auto particle = static_cast<std::size_t>(patches_.layout().rows() + 2) * sizeof(double);
@@ -84,8 +93,9 @@ void SimulationDriver<Dim>::hand_on_row(Step step) {
 template <int Dim>
 void SimulationDriver<Dim>::hand_on_gauges(Step step) {
   const Agreement& all = agreed_[step];
-  const std::size_t before = (sums_due(step) ? history_.n_elements() : 0) +
-                             (log_.due(time_.time_at(step)) ? log_.n_elements() : 0);
+  std::size_t before = sums_due(step) ? history_.n_elements() : 0;
+  if (log_.due(time_.time_at(step)))
+    before += log_.n_elements() + gauges_.n_planes() * std::size_t{ExactSum::size};
   const GaugeRows rows =
       gauges_.take(step, time_.time_at(step + 1),
                    std::span(all.sum).subspan(before, gauges_.n_sums()), all.lowest);

@@ -29,6 +29,7 @@ TimeControl::TimeControl(const Analysis& analysis, const OutputPlan& output,
       end_time_(analysis.end_time),
       frame_dt_(output.frame_dt),
       history_dt_(output.history_dt),
+      gauge_dt_(output.measured.any() ? output.measured.dt : 0.0),
       nsteps_(analysis.nsteps),
       injections_(std::move(injections)) {}
 
@@ -79,7 +80,7 @@ TimeControl::Planned TimeControl::plan(Step step, double limit) {
   limit_[step] = limit;
   limit = limit_with_injections(step, limit);
   // Without particles there is no limit: go on as before, or from output to output.
-  const bool by_time = frame_dt_ > 0 || history_dt_ > 0;
+  const bool by_time = frame_dt_ > 0 || history_dt_ > 0 || gauge_dt_ > 0;
   const bool limited = std::isfinite(limit) || step == 0;
   const double stable = limited || by_time ? adaptive_dt(limit) : dt_[step - 1];
   const bool last = place(step, stable);
@@ -124,7 +125,7 @@ double TimeControl::limit_with_injections(Step step, double limit) const {
 bool TimeControl::place(Step step, double stable) {
   const double now = start_time_[step];
   double target = no_time;
-  for (const double interval : {frame_dt_, history_dt_})
+  for (const double interval : {frame_dt_, history_dt_, gauge_dt_})
     if (interval > 0) target = std::min(target, next_multiple(now, interval));
   const auto reached = [&](double time) { return time - now <= stable * (1 + rounding_of_time); };
   const bool last = reached(end_time_) && end_time_ <= target * (1 + rounding_of_time);

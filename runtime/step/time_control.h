@@ -69,7 +69,7 @@ class TimeControl {
   void limit_steps_by_time();
 
   TimeStep step_;
-  double end_time_, frame_dt_, history_dt_;
+  double end_time_, frame_dt_, history_dt_, gauge_dt_;
   Index nsteps_;
   std::vector<InjectionLimit> injections_;
   PerStep<double> dt_, start_time_, limit_;

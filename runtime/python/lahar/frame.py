@@ -55,7 +55,8 @@ class Frame:
         if name in self._fields:
             return self._fields[name]
         field, _, suffix = name.rpartition("_")
-        if field in self._fields and suffix in self._suffixes(field):
+        if field in self._fields and (suffix in self._suffixes(field)
+                                      or name == "strain_zz"):
             return self._fields[field][:, _component(suffix)]
         raise KeyError(f"{name}: the fields are {', '.join(self._fields)}, "
                        "and their components such as velocity_x")
@@ -82,7 +83,10 @@ class Frame:
         if components == 6:
             if self.dim == 3:
                 return _TENSOR
-            return ("xx", "yy", "xy") if name == "strain" else _TENSOR[:4]
+            # Plane strain has none across the plane; sheets and bodies of revolution have.
+            if name == "strain" and not values[:, 2].any():
+                return ("xx", "yy", "xy")
+            return _TENSOR[:4]
         if components <= 3:
             return _VECTOR[:components]
         return tuple(str(k) for k in range(components))

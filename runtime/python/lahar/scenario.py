@@ -127,9 +127,11 @@ class Scenario(dict[str, Any]):
         """Run the case as `lahar run` does, into a run folder.
 
         `restart="latest"` goes on from the last checkpoint in the folder, `overwrite` replaces what
-        is there. Ctrl-C, `wall_time` [s] and `progress` functions that return False write a
-        checkpoint and stop. Raises SimulationFailed (the folder then has the last frame),
-        InvalidInput and FileError; what the engine warns of are LaharWarnings.
+        is there. A function `progress(step, time, share)` is called some times a second, with the
+        time in the model [s] and the share of the run that is done. Ctrl-C, `wall_time` [s] and
+        `progress` functions that return False write a checkpoint and stop. Raises SimulationFailed
+        (the folder then has the last frame), InvalidInput and FileError; what the engine warns of
+        are LaharWarnings.
         """
         on_step, end = shown(progress)
         said: list[str] = []

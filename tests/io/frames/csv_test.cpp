@@ -35,9 +35,11 @@ std::string problems_of(const std::string& text) {
 TEST_CASE("a plane-strain table has the published columns and the shortest numbers") {
   CHECK(csv_text(two_particles()) ==
         "id,mass,volume,coord_x,coord_y,displacement_x,displacement_y,velocity_x,velocity_y,"
-        "stress_xx,stress_yy,stress_zz,stress_xy,strain_xx,strain_yy,strain_xy,svars_0\n"
-        "0,1,0.001,0.5,0.25,1,2,0,-1,-1,-2,-3,4,0.001,0.002,0.003,100\n"
-        "7,2,0.002,1.5,0.1,3,4,1e-20,1e+300,1e+05,2e+05,3e+05,-0.5,0,0,0,0.30000000000000004\n");
+        "stress_xx,stress_yy,stress_zz,stress_xy,strain_xx,strain_yy,strain_xy,svars_0,"
+        "material,pressure\n"
+        "0,1,0.001,0.5,0.25,1,2,0,-1,-1,-2,-3,4,0.001,0.002,0.003,100,0,100\n"
+        "7,2,0.002,1.5,0.1,3,4,1e-20,1e+300,1e+05,2e+05,3e+05,-0.5,0,0,0,0.30000000000000004,1,"
+        "0.30000000000000004\n");
 }
 
 TEST_CASE("a 3D table has all six components of stress and strain") {
@@ -46,7 +48,8 @@ TEST_CASE("a 3D table has all six components of stress and strain") {
   CHECK(text.substr(0, text.find('\n')) ==
         "id,mass,volume,coord_x,coord_y,coord_z,displacement_x,displacement_y,displacement_z,"
         "velocity_x,velocity_y,velocity_z,stress_xx,stress_yy,stress_zz,stress_xy,stress_yz,"
-        "stress_xz,strain_xx,strain_yy,strain_zz,strain_xy,strain_yz,strain_xz,svars_0");
+        "stress_xz,strain_xx,strain_yy,strain_zz,strain_xy,strain_yz,strain_xz,svars_0,"
+        "material,pressure");
 }
 
 TEST_CASE("a table without particles is its header") {
@@ -69,12 +72,47 @@ TEST_CASE("numbers in a table read back to the same bits") {
     expected.dim = dim;
     expected.id = frame.id;
     expected.coordinates = frame.coordinates;
+    expected.material = frame.material;
     for (const char* name : {"mass", "volume", "displacement", "velocity", "stress", "strain"})
       expected.columns.push_back(*frame.find(name));
+    expected.columns.push_back({"pressure", "", 1, frame.find("pressure")->values});
     expected.columns.push_back({"svars_0", "", 1, frame.find("pressure")->values});
     CHECK(same_bits(back, expected));
     CHECK(csv_text(back) == csv_text(frame));
   }
+}
+
+TEST_CASE(
+    "a table has all that its frame has, under the frame's names, after the columns of before") {
+  Frame frame = two_particles();
+  frame.columns.push_back({"contact_force", "N", 2, {1, 2, 3, 4}});
+  frame.columns.push_back({"pdstrain", "-", 1, {0.5, 0.25}});
+  frame.columns.push_back({"domain_vectors", "m", 4, {1, 2, 3, 4, 5, 6, 7, 8}});
+  frame.columns.push_back({"cell_id", "", 1, {17, 18}});
+  const std::string text = csv_text(frame);
+  CHECK(text.substr(0, text.find('\n'))
+            .ends_with("strain_xy,svars_0,svars_1,material,pressure,contact_force_x,"
+                       "contact_force_y,pdstrain,domain_vectors_0,domain_vectors_1,"
+                       "domain_vectors_2,domain_vectors_3,cell_id"));
+  CHECK(text.ends_with(",0.30000000000000004,0.25,1,0.30000000000000004,3,4,0.25,5,6,7,8,18\n"));
+  const Frame back = parse_csv(text, "");
+  CHECK(back.material == frame.material);
+  CHECK(back.find("contact_force_y")->values == std::vector<double>{2, 4});
+  CHECK(back.find("pdstrain")->values == back.find("svars_1")->values);
+}
+
+TEST_CASE("strains across the plane are in tables of two dimensions, where there are any") {
+  Frame frame = two_particles();
+  CHECK(csv_text(frame).find("strain_zz") == std::string::npos);
+  for (FrameColumn& column : frame.columns)
+    if (column.name == "strain") column.values[6 + 2] = 0.25;
+  const std::string text = csv_text(frame);
+  CHECK(text.find(",svars_0,material,strain_zz,pressure\n") != text.npos);
+  const Frame back = parse_csv(text, "");
+  CHECK(back.dim == 2);
+  CHECK(back.find("strain")->values == frame.find("strain")->values);
+  CHECK(!back.find("strain_zz"));
+  CHECK(csv_text(back) == text);
 }
 
 TEST_CASE("NaN and infinity are written as pandas reads them, and read back") {

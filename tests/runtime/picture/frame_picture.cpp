@@ -135,6 +135,11 @@ TEST_CASE("Views are 3d, plan and sections, and other words are refused") {
   CHECK(look_of("plan", 3).kind == Look::Kind::plan);
   CHECK(look_of("y=-1.5", 3).at == -1.5);
   CHECK(name_of(look_of("y=-1.5", 3)) == "section at y = -1.5 m");
+  // In names of files each view has its own.
+  CHECK(file_part_of(look_of("", 2)).empty());
+  CHECK(file_part_of(look_of("3d", 3)).empty());
+  CHECK(file_part_of(look_of("plan", 3)) == "-plan");
+  CHECK(file_part_of(look_of("y=-1.5", 3)) == "-y=-1.5");
   for (const char* wrong : {"side", "w=1", "y=", "y=1m", "y", "y=nan"})
     CHECK_THROWS_AS(look_of(wrong, 3), InputError);
   CHECK_THROWS_AS(look_of("plan", 2), InputError);

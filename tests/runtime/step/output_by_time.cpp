@@ -97,6 +97,26 @@ TEST_CASE("adaptive steps end at multiples of the time exactly, and none is tiny
   }
 }
 
+TEST_CASE("adaptive steps end at the times of gauges exactly, alone and beside other output") {
+  for (const bool alone : {true, false}) {
+    Model<2> model = discs_by_time(true);
+    if (alone) model.output.frame_dt = model.output.history_dt = 0;
+    Gauge all;
+    all.kind = Gauge::Kind::particles;
+    all.name = "all";
+    model.output.measured.gauges = {all};
+    model.output.measured.dt = 0.025;
+    std::vector<double> rows;
+    Observer observer;
+    observer.gauges = [&](const GaugeRows& row) { rows.push_back(row.time); };
+    Simulation simulation(model, flow(2), observer);
+    simulation.run();
+    // The end is no multiple: its row is asked for, as the program does.
+    rows.push_back(simulation.gauges().time);
+    check_times(rows, 0.025, 0.32);
+  }
+}
+
 TEST_CASE("output by time is the same across a restart") {
   for (const bool adaptive : {false, true}) {
     const Model<2> model = discs_by_time(adaptive);

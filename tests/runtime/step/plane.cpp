@@ -1,6 +1,11 @@
 // Sheets and bodies of revolution: the same bits however the tasks are executed.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
+#include <cmath>
+#include <string>
+
+#include "physics/particles/derived_fields.h"
 #include "tests/runtime/step/plane_models.h"
 #include "tests/runtime/step/restart_checks.h"
 
@@ -32,7 +37,75 @@ Model<2> yielding(Model<2> model) {
   return model;
 }
 
+/// A square metre in one quasi-static step that moves its right side by -1 cm; its lower and upper
+/// sides, and the left one, stay where they are.
+Frame pressed(const std::string& plane) {
+  Model<2> model = model_of_text<2>(fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": 0.25, "extent": [1, 1]}},
+             "boundary_conditions": {{"velocity_constraints": [
+               {{"nset": "left", "dir": "x", "velocity": 0}},
+               {{"nset": "right", "dir": "x", "velocity": -0.01}},
+               {{"nset": "low", "dir": "y", "velocity": 0}},
+               {{"nset": "top", "dir": "y", "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{"left": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                       "low": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                       "right": {{"half_space": {{"point": [1, 0], "normal": [-1, 0]}}}},
+                       "top": {{"half_space": {{"point": [0, 1], "normal": [0, -1]}}}}}}}},
+    "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e6,
+                   "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0}}}}],
+    "analysis": {{"plane": "{}", "mpm_scheme": "newmark", "shape_functions": "element",
+                 "dt": 1, "nsteps": 1, "scheme_settings": {{"quasi_static": true}}}}}})",
+      plane));
+  for (const DerivedField& field : derived_fields) model.output.derived_fields.push_back(&field);
+  Simulation simulation(std::move(model), {.threads = 1});
+  simulation.run();
+  return simulation.frame();
+}
+
 }  // namespace
+
+TEST_CASE("strains across the plane are in frames, and in what follows from strains") {
+  const double nu = 0.3, e = std::log(0.99);
+  const double sheet = -nu / (1 - nu) * e;  // so that there is no stress across it
+  const auto check = [&](const std::string& plane, double across) {
+    CAPTURE(plane);
+    const Frame frame = pressed(plane);
+    const auto get = [&](const char* name, std::size_t p, std::size_t k) {
+      const FrameColumn& column = *frame.find(name);
+      return column.values[p * static_cast<std::size_t>(column.components) + k];
+    };
+    const auto near = [](double a, double b) { return std::abs(a - b) < 1e-4; };  // 1 % of strains
+    const double trace = e + across, dev[] = {e - trace / 3, -trace / 3, across - trace / 3};
+    const double square = dev[0] * dev[0] + dev[1] * dev[1] + dev[2] * dev[2];
+    const double bulk = 1e6 / (3 * (1 - 2 * nu));
+    for (std::size_t p = 0; p < frame.id.size(); ++p) {
+      CHECK(near(get("strain", p, 0), e));
+      CHECK(near(get("strain", p, 1), 0));
+      CHECK(near(get("strain", p, 2), across));
+      CHECK(near(get("volumetric_strain", p, 0), trace));
+      for (std::size_t k = 0; k < 3; ++k) CHECK(near(get("deviatoric_strain", p, k), dev[k]));
+      CHECK(near(get("equivalent_strain", p, 0), std::sqrt(2.0 / 3.0 * square)));
+      CHECK(near(get("mean_stress", p, 0) / bulk, -trace));
+    }
+  };
+  check("strain", 0);
+  check("axisymmetric", e);
+  check("stress", sheet);
+}
+
+TEST_CASE("strains across the plane that particles have at the start are kept") {
+  for (const Plane plane : {Plane::stress, Plane::axisymmetric}) {
+    Model<2> model = in_steps(with_plane(two_discs(), plane), Scheme::usf);
+    model.particles.strain.assign(model.particles.x.size(), Voigt{1e-3, 2e-3, 3e-3, 4e-3, 0, 0});
+    Simulation simulation(std::move(model), {.threads = 1});
+    const Frame frame = simulation.frame();
+    for (std::size_t p = 0; p < frame.id.size(); ++p)
+      for (std::size_t k = 0; k < 4; ++k)
+        CHECK(frame.find("strain")->values[6 * p + k] == 1e-3 * static_cast<double>(k + 1));
+  }
+}
 
 TEST_CASE("axisymmetric models give the serial loop's bits, and go on from any state") {
   for (const Scheme scheme : schemes) {
