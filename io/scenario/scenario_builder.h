@@ -322,8 +322,10 @@ class ScenarioBuilder {
   void build_tractions();
   /// [m] edges of a particle of this member, when find_loaded_surfaces() has begun.
   Vec<Dim> edges_of(Index id) const;
-  void find_loaded_surfaces();  ///< their axes, and layers_of_loads_. Collective.
-  void place_tractions();       ///< after warnings, which know the entries of the scenario
+  void find_loaded_surfaces();  ///< their axes, layers_of_loads_, hidden_loads_. Collective.
+  /// Takes particles out that lie behind others of the traction. Collective.
+  HiddenLoads leave_hidden(ParticleTraction& traction);
+  void place_tractions();  ///< after warnings, which know the entries of the scenario
   // scenario_fields.cpp
   /// The material with one number in place of each of its fields, which become an entry of fields_;
   /// nothing where it has no fields.
@@ -506,6 +508,7 @@ class ScenarioBuilder {
   std::vector<GeneratorRows> generators_;  ///< that gave particles, in their order
   bool of_boxes_ = false;                  ///< particles are boxes like their cells
   std::vector<double> layers_of_loads_;    ///< of particles behind each other, by traction
+  std::vector<HiddenLoads> hidden_loads_;  ///< by traction
   std::vector<FrictionEntry> friction_entries_;
   std::vector<std::vector<MaterialField<Dim>>> fields_;  ///< of each material of the scenario
 };

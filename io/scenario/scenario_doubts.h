@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 #include "io/json/json_source.h"
 #include "physics/base/types.h"
@@ -13,6 +14,15 @@ inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Particles of one layer lie behind each other by less than this, in the mean.
 inline constexpr double one_layer = 1.5;
+
+/// Particles of a traction that lie behind others, and have no load.
+struct HiddenLoads {
+  std::vector<bool> is_hidden;  ///< of all particles of the traction
+  Index count = 0, loaded = 0;  ///< hidden ones; those of the set
+  Index deepest = 1;            ///< the most particles behind each other
+  double area = 0;              ///< [m^2; m per m of depth] on which it acts
+  int axis = 0;                 ///< along which they lie behind each other
+};
 
 /// A generator and the rows of its particles.
 struct GeneratorRows {

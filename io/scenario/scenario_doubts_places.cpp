@@ -355,13 +355,17 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
   }
 }
 
-// Particles that get a traction and lie behind each other whichever way one looks. Each gets it
-// times its area.
+// Particles that get a traction and lie behind each other whichever way one looks: each gets it
+// times its area. Where only some do, those at the surface get it: of a set whose surface is steep,
+// or faces two ways, that may be less than was meant.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_thick_loads() {
+  constexpr Index most_in_slopes = 3;  // in a row, of up to 45 degrees along both axes
   const auto entries =
       get_list(section("external_loading_conditions"), "particle_surface_traction");
-  for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k)
+  for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k) {
+    const HiddenLoads& hidden = hidden_loads_[k];
+    const double traction = model_.tractions[k].traction;
     if (layers_of_loads_[k] >= one_layer)
       in_.warning(*entries[k],
                   fmt::format("this traction is on particles that lie behind each other, {:.2g} in "
@@ -369,6 +373,15 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
                               "surface",
                               layers_of_loads_[k]),
                   "give the set one row of particles, that at the surface; or divide the traction");
+    else if (hidden.deepest > most_in_slopes)
+      in_.warning(*entries[k],
+                  fmt::format("{} of the {} particles of this traction lie behind others along {}, "
+                              "up to {} in a row, and get none: it is {:.4g} N on {:.4g} m^2, the "
+                              "surface as seen along {}",
+                              hidden.count, hidden.loaded, "xyz"[hidden.axis], hidden.deepest,
+                              traction * hidden.area, hidden.area, "xyz"[hidden.axis]),
+                  "give surfaces that face other ways sets and tractions of their own");
+  }
 }
 
 }  // namespace lahar
