@@ -361,6 +361,8 @@ class ScenarioBuilder {
   void warn_of_walls();
   void warn_of_side(const JsonValue& entry, const double* low, const double* high, int axis,
                     int outward);
+  void warn_of_missing_top(const JsonValue& generator, const Region<Dim>& all,
+                           const std::vector<Region<Dim>>& tops);
   void warn_of_clipping(const JsonValue& shape, const Region<Dim>& region, Index particles);
   using Box = std::array<Vec<Dim>, 2>;  ///< its lowest and highest corner [m]
   /// Around the particles of each generator; none where there is but one. Collective.
@@ -386,6 +388,7 @@ class ScenarioBuilder {
   void warn_of_few_particles();
   void warn_of_stiff_materials();
   void warn_of_viscous_steps();
+  std::vector<double> pressures_at_ground();  ///< [Pa] of water in pores; collective
   void warn_of_missing_loads();
   void warn_of_stresses_beyond_strength();
   // scenario_doubts_gravity.cpp
@@ -398,6 +401,7 @@ class ScenarioBuilder {
   void warn_of_no_load();
   // scenario_doubts_maps.cpp
   std::string mesh_extent(int axes) const;  ///< where the mesh lies along its first axes, as text
+  void warn_of_distant_maps();
   void warn_of_fine_maps();
   void warn_of_short_terrain();
   void warn_of_holes();

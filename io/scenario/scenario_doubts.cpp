@@ -61,6 +61,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_open_sides();
   warn_of_distant_bodies();
   warn_of_fine_maps();
+  warn_of_distant_maps();
   warn_of_short_terrain();
   warn_of_holes();
   warn_of_cut_polygons();
