@@ -379,6 +379,8 @@ class ScenarioBuilder {
   }
   void warn_of_overlap(const std::vector<Box>& boxes);
   void warn_of_thick_loads();
+  void warn_of_lost_foundations();
+  void warn_of_rough_fields();
   /// Whether boxes are further from each other than `gap` along an axis.
   static bool apart(const Box& a, const Box& b, const Vec<Dim>& gap);
   // scenario_doubts_units.cpp

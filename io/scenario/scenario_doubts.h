@@ -1,8 +1,13 @@
 /// \file What a reader notes about generators and walls, for warnings that need the whole model.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "io/json/json_source.h"
@@ -11,6 +16,19 @@
 namespace lahar {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// "from (x, y) to (x, y)".
+template <int Dim>
+std::string extent(const std::pair<Vec<Dim>, Vec<Dim>>& box) {
+  // Six digits hide the tolerance by which regions are wider.
+  const auto point = [](const Vec<Dim>& x) {
+    std::string text;
+    for (int d = 0; d < Dim; ++d)
+      text += fmt::format("{}{:.6g}", d > 0 ? ", " : "", std::abs(x[d]) < 1e-8 ? 0.0 : x[d]);
+    return text;
+  };
+  return fmt::format("from ({}) to ({})", point(box.first), point(box.second));
+}
 
 /// Particles of one layer lie behind each other by less than this, in the mean.
 inline constexpr double one_layer = 1.5;

@@ -16,18 +16,6 @@ namespace lahar {
 
 namespace {
 
-template <int Dim>
-std::string extent(const std::pair<Vec<Dim>, Vec<Dim>>& box) {
-  // Six digits hide the tolerance by which regions are wider.
-  const auto point = [](const Vec<Dim>& x) {
-    std::string text;
-    for (int d = 0; d < Dim; ++d)
-      text += fmt::format("{}{:.6g}", d > 0 ? ", " : "", std::abs(x[d]) < 1e-8 ? 0.0 : x[d]);
-    return text;
-  };
-  return fmt::format("from ({}) to ({})", point(box.first), point(box.second));
-}
-
 /// Nodes of one friction entry whose walls have the same normal.
 template <int Dim>
 struct Wall {

@@ -372,6 +372,41 @@ void ScenarioBuilder<Dim>::warn_of_viscous_steps() {
   }
 }
 
+// Random fields that change within a particle are noise, which averages out.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_rough_fields() {
+  const auto materials = get_list(root_, "materials");
+  std::vector<double> largest(materials.size(), 0.0);  // [m^2; m^3] of particles, by material
+  const auto& p = model_.particles;
+  if (materials.empty()) return;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    double& volume = largest[p.material[i] % materials.size()];
+    volume = std::max(volume, p.volume[i] / depth_at(model_.analysis, p.x[i][0]));
+  }
+  largest = team_.most(std::move(largest));
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (!materials[m]->is<JsonValue::Object>()) continue;
+    const double apart = std::pow(largest[m], 1.0 / Dim);
+    for (const auto& member : materials[m]->as<JsonValue::Object>()) {
+      const JsonValue* length =
+          member.value.is<JsonValue::Object>() ? member.value.find("correlation_length") : nullptr;
+      if (!length) continue;
+      double least = infinity;
+      if (length->is_number())
+        least = length->number();
+      else if (const auto lengths = get_vector<Dim>(member.value, "correlation_length"))
+        least = lengths->minCoeff();
+      if (!(least < apart)) continue;
+      in_.warning(*length,
+                  fmt::format("the correlation length {:.3g} m of '{}' is below the distance of "
+                              "particles, {:.3g} m: neighbours have nothing in common, and "
+                              "results depend on the mesh",
+                              least, member.key, apart),
+                  "take it at least twice as long as cells, or finer cells");
+    }
+  }
+}
+
 }  // namespace lahar
 
 #include "io/scenario/scenario_builder_instances.h"
