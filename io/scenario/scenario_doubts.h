@@ -33,6 +33,9 @@ std::string extent(const std::pair<Vec<Dim>, Vec<Dim>>& box) {
 /// Particles of one layer lie behind each other by less than this, in the mean.
 inline constexpr double one_layer = 1.5;
 
+/// From here on all of them do. On slopes less do, even where they rise by one particle in all.
+inline constexpr double two_layers = 2;
+
 /// Particles of a traction that lie behind others, and have no load.
 struct HiddenLoads {
   std::vector<bool> is_hidden;  ///< of all particles of the traction

@@ -383,7 +383,7 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
   for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k) {
     const HiddenLoads& hidden = hidden_loads_[k];
     const double traction = model_.tractions[k].traction;
-    if (layers_of_loads_[k] >= one_layer)
+    if (layers_of_loads_[k] >= one_layer && hidden.count == 0)
       in_.warning(*entries[k],
                   fmt::format("this traction is on particles that lie behind each other, {:.2g} in "
                               "the mean: each gets it, so the load is as many times that of a "

@@ -230,9 +230,9 @@ void ScenarioBuilder<Dim>::find_loaded_surfaces() {
     if (in_.cbgeo_defaults) continue;
     const bool is_along = layers[static_cast<std::size_t>(traction.dir)] > one_layer;
     traction.axis =
-        is_along && *least < one_layer ? static_cast<int>(least - layers.begin()) : traction.dir;
+        is_along && *least < two_layers ? static_cast<int>(least - layers.begin()) : traction.dir;
     const double behind = layers[static_cast<std::size_t>(traction.axis)];
-    if (behind > 1 && behind < one_layer) hidden_loads_[k] = leave_hidden(traction);
+    if (behind > 1 && behind < two_layers) hidden_loads_[k] = leave_hidden(traction);
   }
 }
 

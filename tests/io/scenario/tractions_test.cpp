@@ -49,7 +49,7 @@ std::string said_of(const std::string& text) {
 TEST_CASE("a traction on a slope is that on its plan, however its particles lie") {
   CHECK(force_of(loaded(row, 1, 1)) == doctest::Approx(-2000));
   CHECK(force_of(loaded(row, 0.93, 0.93)) == doctest::Approx(-2000));
-  for (const double right : {1.05, 1.2, 1.6}) {
+  for (const double right : {1.02, 1.05, 1.2, 1.6, 1.8}) {
     CAPTURE(right);
     const std::string slope = loaded(row, 1, right);
     CHECK(force_of(slope) == doctest::Approx(-2000));
