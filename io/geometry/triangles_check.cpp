@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <vector>
 
 #include "io/base/text.h"
+#include "physics/geometry/triangle_shells.h"
 
 namespace lahar {
 
@@ -81,23 +83,59 @@ class Check {
   }
 
   void volume() {
-    constexpr double nothing = 1e-12;  // of a cube around all [-]
-    const double volume = enclosed_volume(triangles_);
+    if (!(std::abs(enclosed_volume(triangles_)) > nothing()))
+      return error("the surface encloses no volume");
+  }
+
+  /// Bodies show their outside, and so do hollows in them, whose outside is the hollow.
+  void orientation(const TriangleEdges& edges) {
+    const TriangleShells shells = shells_of(edges);
+    const auto volumes = shell_volumes(triangles_, shells);
+    std::vector<int> depths(volumes.size(), 0);
+    if (shells.count > 1) depths = nesting_depths(triangles_, shells);
+    std::vector<bool> wrong(volumes.size(), false);
+    Index turned = 0, hollows = 0;
+    double hollow = 0;  // [m^3]
+    for (std::size_t s = 0; s < volumes.size(); ++s) {
+      const bool within = depths[s] % 2 == 1;
+      wrong[s] = within ? volumes[s] > 0 : volumes[s] < 0;
+      turned += wrong[s] ? 1 : 0;
+      hollows += wrong[s] && within ? 1 : 0;
+      hollow += wrong[s] && within ? volumes[s] : 0.0;
+    }
+    if (turned == 0) return;
+    turn_over(triangles_, shells, wrong);
+    if (turned == shells.count)
+      return warning("all triangles are turned over: the surface showed its inside", corners_hint);
+    if (const Index bodies = turned - hollows; bodies > 0)
+      warning(fmt::format("{} of the {} closed surfaces {} turned over: {} inside", bodies,
+                          shells.count, bodies == 1 ? "is" : "are",
+                          bodies == 1 ? "it showed its" : "they showed their"),
+              corners_hint);
+    if (hollows > 0)
+      warning(fmt::format("{} of the {} closed surfaces {} within others, and {} turned over: the "
+                          "body is hollow there, {:.4g} m^3",
+                          hollows, shells.count, hollows == 1 ? "lies" : "lie",
+                          hollows == 1 ? "is" : "are", hollow),
+              "remove inner surfaces from the file if the body is solid there");
+  }
+
+ private:
+  static constexpr const char* corners_hint =
+      "corners have to be counter-clockwise seen from outside";
+
+  /// What counts as no volume [m^3].
+  double nothing() const {
+    constexpr double share = 1e-12;  // of a cube around all [-]
     Vec<3> low = triangles_.point(0, 0), high = low;
     for (Index i = 0; i < static_cast<Index>(triangles_.corners.size()); ++i)
       for (int k = 0; k < 3; ++k) {
         low = low.cwiseMin(triangles_.point(i, k));
         high = high.cwiseMax(triangles_.point(i, k));
       }
-    if (!(std::abs(volume) > nothing * std::pow((high - low).maxCoeff(), 3)))
-      return error("the surface encloses no volume");
-    if (volume > 0) return;
-    turn_over(triangles_);
-    warning("all triangles are turned over: the surface showed its inside",
-            "corners have to be counter-clockwise seen from outside");
+    return share * std::pow((high - low).maxCoeff(), 3);
   }
 
- private:
   const std::string& file_;
   Triangles& triangles_;
   ProblemList& problems_;
@@ -114,6 +152,7 @@ bool check_solid(const std::string& file, Triangles& triangles, ProblemList& pro
   check.branches(edges);
   check.holes(edges);
   check.sides(edges);
+  if (check.good()) check.orientation(edges);
   if (check.good()) check.volume();
   return check.good();
 }

@@ -11,7 +11,8 @@
 namespace lahar {
 
 /// Whether triangles enclose a solid: no hole, all with the same side outside. Mends, with a
-/// warning, triangles that have a corner twice, and a surface that is turned inside out.
+/// warning, triangles that have a corner twice, and closed surfaces that are turned inside out: one
+/// within another is a hollow, one within that a body again.
 bool check_solid(const std::string& file, Triangles& triangles, ProblemList& problems);
 
 /// Whether no triangles pass through each other.

@@ -102,6 +102,23 @@ void ScenarioBuilder<Dim>::check_finite_strain() {
                 "\"NeoHookean\" is for large elastic strains and rotations");
 }
 
+namespace {
+
+/// Whether a law yields at all, and keeps its volume then: the strength does not depend on the
+/// pressure. At strains of 1 it breaks otherwise.
+bool yields_at_constant_volume(const JsonValue& material, const Law& law) {
+  constexpr double most = 1;  // strength over Young's modulus
+  const double stiffness = get_number(material, "youngs_modulus").value_or(infinity);
+  if (const auto* metal = std::get_if<VonMises>(&law))
+    return metal->yield_stress < most * stiffness;
+  const auto is_clay = [&](const auto* soil) {
+    return soil && soil->friction == 0 && soil->dilation == 0 && soil->cohesion < most * stiffness;
+  };
+  return is_clay(std::get_if<MohrCoulomb>(&law)) || is_clay(std::get_if<DruckerPrager>(&law));
+}
+
+}  // namespace
+
 // Particles ask for more volumetric strains than nodes have motions.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_locking() {
@@ -110,7 +127,7 @@ void ScenarioBuilder<Dim>::warn_of_locking() {
   const std::size_t n = materials.size();
   std::vector<bool> may_lock(n);
   for (std::size_t m = 0; m < n; ++m)
-    may_lock[m] = std::holds_alternative<VonMises>(model_.materials[m].law) ||
+    may_lock[m] = yields_at_constant_volume(*materials[m], model_.materials[m].law) ||
                   get_number(*materials[m], "poisson_ratio").value_or(0) > hardly;
   if (in_.cbgeo_defaults || model_.analysis.mean_volume || model_.analysis.plane == Plane::stress ||
       std::find(may_lock.begin(), may_lock.end(), true) == may_lock.end())

@@ -322,8 +322,10 @@ class ScenarioBuilder {
   void build_tractions();
   /// [m] edges of a particle of this member, when find_loaded_surfaces() has begun.
   Vec<Dim> edges_of(Index id) const;
-  void find_loaded_surfaces();  ///< their axes, and layers_of_loads_. Collective.
-  void place_tractions();       ///< after warnings, which know the entries of the scenario
+  void find_loaded_surfaces();  ///< their axes, layers_of_loads_, hidden_loads_. Collective.
+  /// Takes particles out that lie behind others of the traction. Collective.
+  HiddenLoads leave_hidden(ParticleTraction& traction);
+  void place_tractions();  ///< after warnings, which know the entries of the scenario
   // scenario_fields.cpp
   /// The material with one number in place of each of its fields, which become an entry of fields_;
   /// nothing where it has no fields.
@@ -359,6 +361,8 @@ class ScenarioBuilder {
   void warn_of_walls();
   void warn_of_side(const JsonValue& entry, const double* low, const double* high, int axis,
                     int outward);
+  void warn_of_missing_top(const JsonValue& generator, const Region<Dim>& all,
+                           const std::vector<Region<Dim>>& tops);
   void warn_of_clipping(const JsonValue& shape, const Region<Dim>& region, Index particles);
   using Box = std::array<Vec<Dim>, 2>;  ///< its lowest and highest corner [m]
   /// Around the particles of each generator; none where there is but one. Collective.
@@ -375,6 +379,8 @@ class ScenarioBuilder {
   }
   void warn_of_overlap(const std::vector<Box>& boxes);
   void warn_of_thick_loads();
+  void warn_of_lost_foundations();
+  void warn_of_rough_fields();
   /// Whether boxes are further from each other than `gap` along an axis.
   static bool apart(const Box& a, const Box& b, const Vec<Dim>& gap);
   // scenario_doubts_units.cpp
@@ -384,6 +390,7 @@ class ScenarioBuilder {
   void warn_of_few_particles();
   void warn_of_stiff_materials();
   void warn_of_viscous_steps();
+  std::vector<double> pressures_at_ground();  ///< [Pa] of water in pores; collective
   void warn_of_missing_loads();
   void warn_of_stresses_beyond_strength();
   // scenario_doubts_gravity.cpp
@@ -396,6 +403,7 @@ class ScenarioBuilder {
   void warn_of_no_load();
   // scenario_doubts_maps.cpp
   std::string mesh_extent(int axes) const;  ///< where the mesh lies along its first axes, as text
+  void warn_of_distant_maps();
   void warn_of_fine_maps();
   void warn_of_short_terrain();
   void warn_of_holes();
@@ -506,6 +514,7 @@ class ScenarioBuilder {
   std::vector<GeneratorRows> generators_;  ///< that gave particles, in their order
   bool of_boxes_ = false;                  ///< particles are boxes like their cells
   std::vector<double> layers_of_loads_;    ///< of particles behind each other, by traction
+  std::vector<HiddenLoads> hidden_loads_;  ///< by traction
   std::vector<FrictionEntry> friction_entries_;
   std::vector<std::vector<MaterialField<Dim>>> fields_;  ///< of each material of the scenario
 };

@@ -61,10 +61,13 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_open_sides();
   warn_of_distant_bodies();
   warn_of_fine_maps();
+  warn_of_distant_maps();
   warn_of_short_terrain();
   warn_of_holes();
   warn_of_cut_polygons();
   warn_of_thick_loads();
+  warn_of_lost_foundations();
+  warn_of_rough_fields();
   warn_of_no_load();
   warn_of_fields();
 }

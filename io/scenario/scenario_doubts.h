@@ -1,8 +1,14 @@
 /// \file What a reader notes about generators and walls, for warnings that need the whole model.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "io/json/json_source.h"
 #include "physics/base/types.h"
@@ -11,8 +17,33 @@ namespace lahar {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
+/// "from (x, y) to (x, y)".
+template <int Dim>
+std::string extent(const std::pair<Vec<Dim>, Vec<Dim>>& box) {
+  // Six digits hide the tolerance by which regions are wider.
+  const auto point = [](const Vec<Dim>& x) {
+    std::string text;
+    for (int d = 0; d < Dim; ++d)
+      text += fmt::format("{}{:.6g}", d > 0 ? ", " : "", std::abs(x[d]) < 1e-8 ? 0.0 : x[d]);
+    return text;
+  };
+  return fmt::format("from ({}) to ({})", point(box.first), point(box.second));
+}
+
 /// Particles of one layer lie behind each other by less than this, in the mean.
 inline constexpr double one_layer = 1.5;
+
+/// From here on all of them do. On slopes less do, even where they rise by one particle in all.
+inline constexpr double two_layers = 2;
+
+/// Particles of a traction that lie behind others, and have no load.
+struct HiddenLoads {
+  std::vector<bool> is_hidden;  ///< of all particles of the traction
+  Index count = 0, loaded = 0;  ///< hidden ones; those of the set
+  Index deepest = 1;            ///< the most particles behind each other
+  double area = 0;              ///< [m^2; m per m of depth] on which it acts
+  int axis = 0;                 ///< along which they lie behind each other
+};
 
 /// A generator and the rows of its particles.
 struct GeneratorRows {

@@ -259,6 +259,24 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
                               block[m] == 3 ? "a quarter" : "an eighth"));
 }
 
+// Springs of foundations follow displacements of particles: those that begin at zero again unload
+// them.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_lost_foundations() {
+  if (!model_.changes.reset_displacements) return;
+  const bool springs = team_.any(!entries_of<NodeSpring>(model_).empty());
+  const bool absorbing = team_.any(!entries_of<NodeAbsorption>(model_).empty());
+  if (!springs && !absorbing) return;
+  in_.warning(*root_.find("at_start")->find("reset"),
+              fmt::format("{} lose their force where displacements begin at zero again: what they "
+                          "hold against a static load settles once more",
+                          springs && absorbing ? "springs and absorbing boundaries"
+                          : springs            ? "springs"
+                                               : "absorbing boundaries"),
+              "leave \"displacement\" out of 'reset', and take the difference to the last frame of "
+              "the stage before");
+}
+
 }  // namespace lahar
 
 #include "io/scenario/scenario_builder_instances.h"

@@ -67,44 +67,117 @@ void ScenarioBuilder<Dim>::warn_of_short_terrain() {
   }
 }
 
-// Where the surface below which a body lies has no height, the body has a hole.
+namespace {
+
+/// Places of a surface over a box in plan that have no height.
+template <int Dim>
+struct SurfaceHoles {
+  Index places = 0, count = 0;
+  Vec<Dim> first = Vec<Dim>::Zero();  ///< [m]
+};
+
+/// Of holes with an end: along an axis, heights are known on both sides.
+template <int Dim>
+bool is_enclosed(const Surface<Dim>& surface, std::size_t i, std::size_t j) {
+  const auto& axes = surface.axes();
+  const auto known = [&](std::size_t from, std::size_t to, bool along_x) {
+    for (std::size_t k = from; k < to; ++k) {
+      const std::size_t at = along_x ? k + j * axes[0].size() : i + k * axes[0].size();
+      if (!std::isnan(surface.heights()[at])) return true;
+    }
+    return false;
+  };
+  const std::size_t nx = axes[0].size(), ny = surface.heights().size() / nx;
+  return (known(0, i, true) && known(i + 1, nx, true)) ||
+         (known(0, j, false) && known(j + 1, ny, false));
+}
+
+template <int Dim>
+SurfaceHoles<Dim> holes_of(const Surface<Dim>& surface, const std::pair<Vec<Dim>, Vec<Dim>>& box,
+                           double tolerance, bool enclosed_only) {
+  constexpr Index most_looked_at = 1000;  // of holes in which heights are looked for around
+  SurfaceHoles<Dim> holes;
+  const auto& axes = surface.axes();
+  Index enclosed = 0, looked_at = 0;
+  for (std::size_t at = 0; at < surface.heights().size(); ++at) {
+    const std::size_t i = at % axes[0].size(), j = at / axes[0].size();
+    Vec<Dim> x = Vec<Dim>::Zero();
+    x[0] = axes[0][i];
+    if constexpr (Dim == 3) x[1] = axes[1][j];
+    bool inside = true;
+    for (int d = 0; d < Dim - 1; ++d)
+      inside = inside && x[d] >= box.first[d] - tolerance && x[d] <= box.second[d] + tolerance;
+    if (!inside) continue;
+    ++holes.places;
+    if (!std::isnan(surface.heights()[at])) continue;
+    if (enclosed_only && looked_at < most_looked_at) {
+      ++looked_at;
+      if (!is_enclosed(surface, i, j)) continue;
+      ++enclosed;
+    } else if (enclosed_only && enclosed == 0) {
+      break;  // a mask around what is there
+    }
+    if (holes.count++ == 0) holes.first = x;
+  }
+  return holes;
+}
+
+}  // namespace
+
+// Where the surface below which a body or soil lies has no height, it has a hole. Soil may end
+// where heights do.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_holes() {
-  const auto [low, high] = mesh_->bounds();
-  for (const JsonValue* entry : get_list(root_, "rigid_bodies")) {
-    const JsonValue* region = entry->find("region");
-    const JsonValue* name = region ? region->find("below") : nullptr;
-    if (!name || !name->is<std::string>()) continue;
+  const auto look = [&](const JsonValue& entry, bool is_body) {
+    const JsonValue* region = entry.find("region");
+    const JsonValue* name =
+        region && region->is<JsonValue::Object>() ? region->find("below") : nullptr;
+    if (!name || !name->is<std::string>()) return;
     const auto found = geometry_.find(name->as<std::string>());
-    if (found == geometry_.end() || !found->second.surface) continue;
-    const Surface<Dim>& surface = *found->second.surface;
-    const auto& axes = surface.axes();
-    Index places = 0, holes = 0;
-    Vec<Dim> first = Vec<Dim>::Zero();
-    for (std::size_t at = 0; at < surface.heights().size(); ++at) {
-      const std::size_t i = at % axes[0].size(), j = at / axes[0].size();
-      Vec<Dim> x = Vec<Dim>::Zero();
-      x[0] = axes[0][i];
-      if constexpr (Dim == 3) x[1] = axes[1][j];
-      bool inside = true;
-      for (int d = 0; d < Dim - 1; ++d)
-        inside =
-            inside && x[d] >= low[d] - region_tolerance_ && x[d] <= high[d] + region_tolerance_;
-      if (!inside) continue;
-      ++places;
-      if (!std::isnan(surface.heights()[at])) continue;
-      if (holes++ == 0) first = x;
-    }
-    if (holes == 0) continue;
+    if (found == geometry_.end() || !found->second.surface) return;
+    const auto holes =
+        holes_of<Dim>(*found->second.surface, mesh_->bounds(), region_tolerance_, !is_body);
+    if (holes.count == 0) return;
     in_.warning(
         *name,
         fmt::format("the surface '{}' has no height at {} of its {} places over the mesh, the "
-                    "first at x = {:.6g}{}: the rigid body has holes there, through which material "
-                    "falls",
-                    found->first, format_count(holes), format_count(places), first[0],
-                    Dim == 3 ? fmt::format(", y = {:.6g}", first[1]) : std::string()),
+                    "first at x = {:.6g}{}: {}",
+                    found->first, format_count(holes.count), format_count(holes.places),
+                    holes.first[0],
+                    Dim == 3 ? fmt::format(", y = {:.6g}", holes.first[1]) : std::string(),
+                    is_body ? "the rigid body has holes there, through which material falls"
+                            : "below them are no particles"),
         Dim == 3 ? "gdal_fillnodata.py fills them; or let the mesh end before" : "");
+  };
+  for (const JsonValue* entry : get_list(root_, "rigid_bodies")) look(*entry, true);
+  for (const GeneratorRows& made : generators_)
+    if (&made == &generators_.front() || made.generator != (&made - 1)->generator)
+      look(*made.generator, false);  // layers are one generator
+}
+
+// Maps are in coordinates of the model.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_distant_maps() {
+  const MapPlan& plan = model_.output.measured.maps;
+  if (!plan.wanted) return;
+  const auto [low, high] = mesh_->bounds();
+  bool apart = false;
+  for (std::size_t d = 0; d < 2; ++d) {
+    const double end = plan.low[d] + plan.cell * static_cast<double>(plan.n[d]);
+    apart |= plan.low[d] >= high[static_cast<int>(d)] || end <= low[static_cast<int>(d)];
   }
+  if (!apart) return;
+  const JsonValue& maps = *section("post_processing").find("maps");
+  const JsonValue* at = maps.find("min");
+  if (!at) at = maps.find("max");
+  const Vec<2>& origin = in_.map.origin;
+  in_.warning(
+      at ? *at : maps, "the maps lie outside of the mesh, and stay empty",
+      mesh_extent(2) + (origin.isZero(0.0)
+                            ? std::string()
+                            : fmt::format("; 'min' and 'max' are coordinates of the model, those "
+                                          "of the map less the 'map_origin' ({:.10g}, {:.10g})",
+                                          origin[0], origin[1])));
 }
 
 namespace {

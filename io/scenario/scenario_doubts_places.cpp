@@ -10,22 +10,11 @@
 #include <unordered_set>
 
 #include "io/scenario/scenario_builder.h"
+#include "io/scenario/surface_order.h"
 
 namespace lahar {
 
 namespace {
-
-template <int Dim>
-std::string extent(const std::pair<Vec<Dim>, Vec<Dim>>& box) {
-  // Six digits hide the tolerance by which regions are wider.
-  const auto point = [](const Vec<Dim>& x) {
-    std::string text;
-    for (int d = 0; d < Dim; ++d)
-      text += fmt::format("{}{:.6g}", d > 0 ? ", " : "", std::abs(x[d]) < 1e-8 ? 0.0 : x[d]);
-    return text;
-  };
-  return fmt::format("from ({}) to ({})", point(box.first), point(box.second));
-}
 
 /// Nodes of one friction entry whose walls have the same normal.
 template <int Dim>
@@ -182,28 +171,20 @@ bool ScenarioBuilder<Dim>::is_held(Index node, int dir) const {
   return it != v.end() && it->node == node && it->dir == dir;
 }
 
-// What of a region lies beyond the mesh, by points of a lattice.
+namespace {
+
+/// The volume of a region in a box [m^Dim], and what of it lies beyond a mesh, by points of a
+/// lattice.
 template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue& shape, const Region<Dim>& region,
-                                            Index particles) {
+struct VolumeInBox {
+  double all = 0, beyond = 0;
+};
+template <int Dim>
+VolumeInBox<Dim> volume_in(const Region<Dim>& region, const Vec<Dim>& low, const Vec<Dim>& high,
+                           const std::pair<Vec<Dim>, Vec<Dim>>& mesh) {
   constexpr int points = Dim == 2 ? 64 : 24;  // along each axis
-  constexpr double most = 0.05;               // of the region
-  auto [low, high] = region.bounds();
-  const auto mesh = mesh_->bounds();
-  bool beyond = false;
-  for (int d = 0; d < Dim; ++d) {
-    // Whoever reaches beyond the mesh at both ends means all of it.
-    const bool open = std::isinf(low[d]) || std::isinf(high[d]);
-    if (open || (low[d] < mesh.first[d] - 2 * region_tolerance_ &&
-                 high[d] > mesh.second[d] + 2 * region_tolerance_)) {
-      low[d] = std::max(low[d], mesh.first[d]);
-      high[d] = std::min(high[d], mesh.second[d]);
-    }
-    beyond |= low[d] < mesh.first[d] - 2 * region_tolerance_ ||
-              high[d] > mesh.second[d] + 2 * region_tolerance_;
-  }
-  if (!beyond) return;
-  Index inside = 0, lost = 0;
+  VolumeInBox<Dim> volume;
+  const double part = (high - low).prod() / std::pow(points, Dim);
   std::array<int, static_cast<std::size_t>(Dim)> at{};
   for (bool more = true; more;) {
     Vec<Dim> x;
@@ -212,7 +193,8 @@ void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue& shape, const Region
     if (region.contains(x)) {
       const bool in =
           (x.array() >= mesh.first.array()).all() && (x.array() <= mesh.second.array()).all();
-      ++(in ? inside : lost);
+      volume.all += part;
+      volume.beyond += in ? 0.0 : part;
     }
     more = false;
     for (std::size_t d = 0; d < Dim && !more; ++d) {
@@ -220,17 +202,52 @@ void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue& shape, const Region
       if (!more) at[d] = 0;
     }
   }
-  const double share =
-      static_cast<double>(lost) / static_cast<double>(std::max<Index>(inside + lost, 1));
-  if (share < most || inside == 0) return;
-  in_.warning(
-      shape,
-      fmt::format("{:.0f} % of the region lies outside of the mesh and gets no particles: "
-                  "about {:.0f}, beside the {} inside",
-                  100 * share, static_cast<double>(particles) * share / (1 - share), particles),
-      fmt::format("the mesh extends {}, the region {}: move one of them, or make the mesh "
-                  "larger",
-                  extent<Dim>(mesh), extent<Dim>(region.bounds())));
+  return volume;
+}
+
+}  // namespace
+
+// What of a region lies beyond the mesh. A side without an end ends with the mesh: soil below a
+// surface may lack its top, but not what lies deeper.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue& shape, const Region<Dim>& region,
+                                            Index particles) {
+  constexpr double most = 0.05;  // of the region
+  auto [low, high] = region.bounds();
+  const auto mesh = mesh_->bounds();
+  auto shown = region.bounds();
+  const bool of_surface = names_surface(shape);
+  bool beyond = false;
+  for (int d = 0; d < Dim; ++d) {
+    const bool open = std::isinf(low[d]) || std::isinf(high[d]);
+    if (std::isinf(low[d])) low[d] = shown.first[d] = mesh.first[d];
+    if (std::isinf(high[d])) high[d] = shown.second[d] = mesh.second[d];
+    // Whoever reaches beyond the mesh at both ends means all of it.
+    const bool all = open ? !of_surface
+                          : low[d] < mesh.first[d] - 2 * region_tolerance_ &&
+                                high[d] > mesh.second[d] + 2 * region_tolerance_;
+    if (all) {
+      low[d] = std::max(low[d], mesh.first[d]);
+      high[d] = std::min(high[d], mesh.second[d]);
+    }
+    beyond |= low[d] < mesh.first[d] - 2 * region_tolerance_ ||
+              high[d] > mesh.second[d] + 2 * region_tolerance_;
+  }
+  if (!beyond) return;
+  const auto all = volume_in<Dim>(region, low, high, mesh);
+  double inside = all.all - all.beyond;
+  if (!(inside > 0))  // the mesh is small beside it
+    inside = volume_in<Dim>(region, low.cwiseMax(mesh.first), high.cwiseMin(mesh.second), mesh).all;
+  const double share = all.beyond / (all.beyond + inside);
+  if (!(inside > 0) || share < most) return;
+  in_.warning(shape,
+              fmt::format("{:.{}f} % of the region lies outside of the mesh and gets no particles: "
+                          "about {:.0f}, beside the {} inside",
+                          100 * share, share > 0.99 ? 2 : 0,
+                          static_cast<double>(particles) * share / (1 - share), particles),
+              fmt::format("the mesh extends {}, the region {}: move one of them, or make the mesh "
+                          "larger",
+                          extent<Dim>(mesh), extent<Dim>(shown)));
 }
 
 namespace {
@@ -355,20 +372,33 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
   }
 }
 
-// Particles that get a traction and lie behind each other whichever way one looks. Each gets it
-// times its area.
+// Particles that get a traction and lie behind each other whichever way one looks: each gets it
+// times its area. Where only some do, those at the surface get it: of a set whose surface is steep,
+// or faces two ways, that may be less than was meant.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_thick_loads() {
+  constexpr Index most_in_slopes = 3;  // in a row, of up to 45 degrees along both axes
   const auto entries =
       get_list(section("external_loading_conditions"), "particle_surface_traction");
-  for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k)
-    if (layers_of_loads_[k] >= one_layer)
+  for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k) {
+    const HiddenLoads& hidden = hidden_loads_[k];
+    const double traction = model_.tractions[k].traction;
+    if (layers_of_loads_[k] >= one_layer && hidden.count == 0)
       in_.warning(*entries[k],
                   fmt::format("this traction is on particles that lie behind each other, {:.2g} in "
                               "the mean: each gets it, so the load is as many times that of a "
                               "surface",
                               layers_of_loads_[k]),
                   "give the set one row of particles, that at the surface; or divide the traction");
+    else if (hidden.deepest > most_in_slopes)
+      in_.warning(*entries[k],
+                  fmt::format("{} of the {} particles of this traction lie behind others along {}, "
+                              "up to {} in a row, and get none: it is {:.4g} N on {:.4g} m^2, the "
+                              "surface as seen along {}",
+                              hidden.count, hidden.loaded, "xyz"[hidden.axis], hidden.deepest,
+                              traction * hidden.area, hidden.area, "xyz"[hidden.axis]),
+                  "give surfaces that face other ways sets and tractions of their own");
+  }
 }
 
 }  // namespace lahar

@@ -237,21 +237,70 @@ void ScenarioBuilder<Dim>::warn_of_missing_loads() {
   if (!pressures || !pressures->is<JsonValue::Object>() ||
       get_text(*pressures, "type") != "water_table")
     return;
-  double least = infinity, water = infinity;  // pressure [Pa], density [kg/m^3]
-  for (const double p : model_.particles.pore_pressure) least = std::min(least, p);
+  double water = infinity;  // [kg/m^3]
   for (const Material& material : model_.materials)
     if (material.liquid) water = std::min(water, material.liquid->density);
-  least = -team_.most(std::vector<double>{-least}).front();
   const bool loaded = std::any_of(tractions.begin(), tractions.end(),
                                   [](const ParticleTraction& t) { return t.on_liquid; });
   const double cell = water * model_.gravity.norm() * outer_cell().maxCoeff();  // [Pa]
-  if (loaded || !(cell > 0) || std::isinf(cell) || std::isinf(least) || !(least > cell)) return;
+  if (loaded || !(cell > 0) || std::isinf(cell)) return;
+  const std::vector<double> ground = pressures_at_ground();
+  const auto [least, most] = std::minmax_element(ground.begin(), ground.end());
+  if (ground.empty() || !(*most > cell)) return;
+  const auto ponded =
+      std::count_if(ground.begin(), ground.end(), [&](double pressure) { return pressure > cell; });
+  const double share = static_cast<double>(ponded) / static_cast<double>(ground.size());
   in_.warning(*pressures,
-              fmt::format("the water table is above the ground, where nothing loads it: all pore "
-                          "pressures are {:.3g} Pa or more",
-                          least),
+              share == 1
+                  ? fmt::format("the water table is above the ground, where nothing loads it: all "
+                                "pore pressures are {:.3g} Pa or more",
+                                *least)
+                  : fmt::format("the water table is above {:.0f} % of the ground, where nothing "
+                                "loads it: pore pressures are up to {:.3g} Pa there",
+                                std::max(1.0, 100 * share), *most),
               "give the pond's pressure p as two tractions: p on both phases, and p times the "
               "porosity on the liquid; or lower the table");
+}
+
+// Of columns as wide as a cell, along the axis of gravity: those of the uppermost particles.
+template <int Dim>
+std::vector<double> ScenarioBuilder<Dim>::pressures_at_ground() {
+  constexpr double most_columns = 1e7;
+  const auto& p = model_.particles;
+  int axis = 0;
+  model_.gravity.cwiseAbs().maxCoeff(&axis);
+  const double up = model_.gravity[axis] > 0 ? -1 : 1;
+  const auto [low, high] = mesh_->bounds();
+  Vec<Dim> width = outer_cell();
+  const auto columns = [&, low = low, high = high] {
+    double n = 1;
+    for (int d = 0; d < Dim; ++d) n *= d == axis ? 1 : std::ceil((high[d] - low[d]) / width[d]) + 1;
+    return n;
+  };
+  while (columns() > most_columns) width *= 2;
+  const auto column_of = [&, low = low, high = high](const Vec<Dim>& x) {
+    std::size_t at = 0;
+    for (int d = 0; d < Dim; ++d) {
+      if (d == axis) continue;
+      const double n = std::ceil((high[d] - low[d]) / width[d]) + 1;
+      at = at * static_cast<std::size_t>(n) +
+           static_cast<std::size_t>(std::clamp(std::floor((x[d] - low[d]) / width[d]), 0.0, n - 1));
+    }
+    return at;
+  };
+  std::vector<double> top(static_cast<std::size_t>(columns()), -infinity), least = top;
+  for (const Vec<Dim>& x : p.x) top[column_of(x)] = std::max(top[column_of(x)], up * x[axis]);
+  top = team_.most(std::move(top));
+  for (std::size_t i = 0; i < p.x.size(); ++i) {  // of two that are as high, the lower one
+    const std::size_t at = column_of(p.x[i]);
+    const double pressure = p.pore_pressure.empty() ? 0.0 : p.pore_pressure[i];
+    if (up * p.x[i][axis] == top[at]) least[at] = std::max(least[at], -pressure);
+  }
+  least = team_.most(std::move(least));
+  std::vector<double> found;
+  for (std::size_t at = 0; at < least.size(); ++at)
+    if (top[at] > -infinity) found.push_back(-least[at]);
+  return found;
 }
 
 // Stresses at the beginning that a law does not bear: without any strain it changes them. K0 has a
@@ -320,6 +369,41 @@ void ScenarioBuilder<Dim>::warn_of_viscous_steps() {
         fmt::format("with {:.2g} 1/s they are {:.0f} times shorter; the rate should be "
                     "small beside the shear rates of the flow",
                     law->critical_shear_rate * longer / most, most));
+  }
+}
+
+// Random fields that change within a particle are noise, which averages out.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_rough_fields() {
+  const auto materials = get_list(root_, "materials");
+  std::vector<double> largest(materials.size(), 0.0);  // [m^2; m^3] of particles, by material
+  const auto& p = model_.particles;
+  if (materials.empty()) return;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    double& volume = largest[p.material[i] % materials.size()];
+    volume = std::max(volume, p.volume[i] / depth_at(model_.analysis, p.x[i][0]));
+  }
+  largest = team_.most(std::move(largest));
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (!materials[m]->is<JsonValue::Object>()) continue;
+    const double apart = std::pow(largest[m], 1.0 / Dim);
+    for (const auto& member : materials[m]->as<JsonValue::Object>()) {
+      const JsonValue* length =
+          member.value.is<JsonValue::Object>() ? member.value.find("correlation_length") : nullptr;
+      if (!length) continue;
+      double least = infinity;
+      if (length->is_number())
+        least = length->number();
+      else if (const auto lengths = get_vector<Dim>(member.value, "correlation_length"))
+        least = lengths->minCoeff();
+      if (!(least < apart)) continue;
+      in_.warning(*length,
+                  fmt::format("the correlation length {:.3g} m of '{}' is below the distance of "
+                              "particles, {:.3g} m: neighbours have nothing in common, and "
+                              "results depend on the mesh",
+                              least, member.key, apart),
+                  "take it at least twice as long as cells, or finer cells");
+    }
   }
 }
 

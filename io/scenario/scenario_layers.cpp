@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "io/scenario/scenario_builder.h"
+#include "io/scenario/surface_order.h"
 
 namespace lahar {
 
@@ -83,6 +84,39 @@ NewParticles<Dim> ScenarioBuilder<Dim>::fill_region_of(const JsonValue& generato
   return fresh;
 }
 
+// A region that ends at a surface means soil up to it, and nothing lies between it and the first
+// layer. Boxes may be higher than the ground.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_missing_top(const JsonValue& generator, const Region<Dim>& all,
+                                               const std::vector<Region<Dim>>& tops) {
+  constexpr int points = Dim == 2 ? 128 : 40;  // along each axis of the mesh
+  constexpr double most = 0.02;                // of the region
+  const JsonValue* shape = generator.find("region");
+  if (!shape || !names_surface(*shape)) return;
+  const auto [low, high] = mesh_->bounds();
+  Index n = 1, inside = 0, missing = 0;
+  for (int d = 0; d < Dim; ++d) n *= points;
+  for (Index k = 0; k < n; ++k) {
+    Vec<Dim> x;
+    Index left = k;
+    for (int d = 0; d < Dim; ++d, left /= points)
+      x[d] = low[d] + (high[d] - low[d]) * (static_cast<double>(left % points) + 0.5) / points;
+    if (!all.contains(x)) continue;
+    ++inside;
+    missing += tops.front().contains(x) ? 0 : 1;
+  }
+  const double share =
+      static_cast<double>(missing) / static_cast<double>(std::max<Index>(inside, 1));
+  if (share < most) return;
+  in_.warning(
+      *get_list(generator, "layers").front(),
+      fmt::format("{:.0f} % of the region lies above the first layer and gets no "
+                  "particles: about {:.3g} m^{}",
+                  100 * share,
+                  (high - low).prod() * static_cast<double>(missing) / static_cast<double>(n), Dim),
+      "the first layer begins at the top of the region: \"below\" its surface");
+}
+
 /// Each layer reaches from its surface down to that of the next one.
 template <int Dim>
 void ScenarioBuilder<Dim>::generate_layers(const JsonValue& generator, const Region<Dim>& all) {
@@ -113,7 +147,7 @@ void ScenarioBuilder<Dim>::generate_layers(const JsonValue& generator, const Reg
                   "of the region");
     made += rows_.total() - before;
   }
-  if (made > 0) return;
+  if (made > 0) return warn_of_missing_top(generator, all, tops);
   particles_complete_ = false;
   if (in_.problems.empty())
     in_.error(generator, "the layers contain no particle", "do they lie inside the mesh?");

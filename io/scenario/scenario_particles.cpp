@@ -74,10 +74,15 @@ void ScenarioBuilder<Dim>::generate(const JsonValue& generator) {
   } else if (type == "region" && mesh_) {
     fresh = fill_region_of(generator, region);
     if (in_.problems.empty() && !team_.any(!fresh.x.empty())) {
-      const std::string order = shape ? wrong_order<Dim>(*shape, geometry_) : "";
-      in_.error(
-          generator, "the region contains no particle",
-          order.empty() ? "does it lie inside the mesh? per_cell may be too small for it" : order);
+      std::string hint = shape ? wrong_order<Dim>(*shape, geometry_) : "";
+      if (hint.empty()) {
+        hint = "does it lie inside the mesh? per_cell may be too small for it";
+        const auto bounds = region.bounds();
+        if (bounds.first.allFinite() && bounds.second.allFinite())
+          hint += fmt::format(". It extends {}, the mesh {}", extent<Dim>(bounds),
+                              extent<Dim>(mesh_->bounds()));
+      }
+      in_.error(generator, "the region contains no particle", hint);
     }
   }
   add_particles(generator, generator, material, std::move(fresh));

@@ -124,6 +124,54 @@ class Neighbours {
   Place low_{}, high_{};
 };
 
+template <int Dim>
+bool have_equal_edges(const std::vector<Loaded<Dim>>& loaded) {
+  constexpr double rounding = 1e-9;  // of an edge
+  return std::all_of(loaded.begin(), loaded.end(), [&](const Loaded<Dim>& one) {
+    for (std::size_t d = 0; d < Dim; ++d)
+      if (std::abs(one.edges[d] - loaded.front().edges[d]) > rounding * one.edges[d]) return false;
+    return true;
+  });
+}
+
+/// Loaded particles that lie behind each other without a gap are a stack. Its end at the surface,
+/// where nothing is beside it (`sides`), has the load; of two such ends, or none, the upper one if
+/// `upper`.
+template <int Dim>
+HiddenLoads hidden_in_stacks(const std::vector<Loaded<Dim>>& loaded,
+                             const std::vector<double>& sides, const Vec<Dim>& low, int axis,
+                             bool upper) {
+  using Place = std::array<Index, static_cast<std::size_t>(Dim)>;  // across the axis, then along it
+  std::vector<std::pair<Place, std::size_t>> places;
+  for (std::size_t i = 0; i < loaded.size(); ++i) {
+    Place place;
+    for (std::size_t d = 0, n = 0; d < Dim; ++d) {
+      const double at = (loaded[i].x[d] - low[static_cast<int>(d)]) / loaded[i].edges[d];
+      place[static_cast<int>(d) == axis ? Dim - 1 : n++] =
+          static_cast<Index>(std::floor(at + 1e-6));
+    }
+    places.emplace_back(place, i);
+  }
+  std::sort(places.begin(), places.end());
+  HiddenLoads found{.is_hidden = std::vector<bool>(loaded.size(), false)};
+  for (std::size_t first = 0, end; first < places.size(); first = end) {
+    const auto goes_on = [&](std::size_t k) {
+      const Place &below = places[k - 1].first, &above = places[k].first;
+      return std::equal(below.begin(), below.end() - 1, above.begin()) &&
+             above.back() - below.back() <= 1;
+    };
+    for (end = first + 1; end < places.size() && goes_on(end);) ++end;
+    const std::size_t lowest = places[first].second, highest = places[end - 1].second;
+    const bool free_below = sides[2 * lowest] == 0.0, free_above = sides[2 * highest + 1] == 0.0;
+    const std::size_t kept = (free_below == free_above ? upper : free_above) ? highest : lowest;
+    for (std::size_t k = first; k < end; ++k)
+      found.is_hidden[places[k].second] = places[k].second != kept;
+    found.count += static_cast<Index>(end - first) - 1;
+    found.deepest = std::max(found.deepest, static_cast<Index>(end - first));
+  }
+  return found;
+}
+
 template <class T>
 void keep_different(std::vector<T>& values) {
   std::sort(values.begin(), values.end());
@@ -140,6 +188,8 @@ void ScenarioBuilder<Dim>::find_loaded_surfaces() {
   if (model_.tractions.empty() || !mesh_) return;
   of_boxes_ = !in_.cbgeo_defaults && !team_.any(!mesh_->is_cartesian());
   layers_of_loads_.assign(model_.tractions.size(), 0.0);
+  hidden_loads_.assign(model_.tractions.size(), {});
+  const Vec<Dim> low = mesh_->bounds().first;
   for (std::size_t k = 0; k < model_.tractions.size(); ++k) {
     ParticleTraction& traction = model_.tractions[k];
     const auto members = static_cast<std::size_t>(team_.size());
@@ -153,7 +203,7 @@ void ScenarioBuilder<Dim>::find_loaded_surfaces() {
         for (int d = 0, n = 1; d < Dim; ++d)
           if (d != axis) {
             column[static_cast<std::size_t>(n)] =
-                static_cast<Index>(std::floor(x[d] / edges[d] + 1e-6));
+                static_cast<Index>(std::floor((x[d] - low[d]) / edges[d] + 1e-6));
             owner = 31 * owner + std::abs(column[static_cast<std::size_t>(n++)]);
           }
         const auto member = static_cast<std::size_t>(owner % team_.size());
@@ -180,8 +230,50 @@ void ScenarioBuilder<Dim>::find_loaded_surfaces() {
     if (in_.cbgeo_defaults) continue;
     const bool is_along = layers[static_cast<std::size_t>(traction.dir)] > one_layer;
     traction.axis =
-        is_along && *least < one_layer ? static_cast<int>(least - layers.begin()) : traction.dir;
+        is_along && *least < two_layers ? static_cast<int>(least - layers.begin()) : traction.dir;
+    const double behind = layers[static_cast<std::size_t>(traction.axis)];
+    if (behind > 1 && behind < two_layers) hidden_loads_[k] = leave_hidden(traction);
   }
+}
+
+// On slopes and curved surfaces, some particles of a set lie behind others. What is loaded is the
+// surface as seen along its axis.
+template <int Dim>
+HiddenLoads ScenarioBuilder<Dim>::leave_hidden(ParticleTraction& traction) {
+  if (traction.all || !of_boxes_ || team_.any(!mesh_->is_structured())) return {};
+  const auto& p = model_.particles;
+  std::vector<Loaded<Dim>> own;
+  for (const Index id : traction.particles) {
+    const auto i = static_cast<std::size_t>(rows_.local(id));
+    Loaded<Dim>& one = own.emplace_back();
+    std::copy_n(p.x[i].data(), Dim, one.x.begin());
+    std::copy_n(edges_of(id).data(), Dim, one.edges.begin());
+  }
+  const auto shares = team_.gather(own);
+  const std::vector<Loaded<Dim>> loaded = joined(shares);
+  if (!have_equal_edges(loaded)) return {};  // they are in no common rows
+  Neighbours<Dim> neighbours(loaded, traction.axis);
+  for (const Vec<Dim>& x : p.x) neighbours.look(x);
+  const bool upper = traction.dir != traction.axis || traction.traction <= 0;
+  HiddenLoads found = hidden_in_stacks<Dim>(loaded, team_.most(neighbours.sides()),
+                                            mesh_->bounds().first, traction.axis, upper);
+  if (found.count == 0) return {};
+  for (std::size_t i = 0; i < loaded.size(); ++i) {
+    double area = depth_at(model_.analysis, loaded[i].x[0]);
+    for (std::size_t d = 0; d < Dim; ++d)
+      area *= static_cast<int>(d) == traction.axis ? 1.0 : loaded[i].edges[d];
+    found.area += found.is_hidden[i] ? 0.0 : area;
+  }
+  std::size_t first = 0;  // of this member's
+  for (int member = 0; member < team_.index(); ++member)
+    first += shares[static_cast<std::size_t>(member)].size();
+  std::vector<Index> kept;
+  for (std::size_t i = 0; i < own.size(); ++i)
+    if (!found.is_hidden[first + i]) kept.push_back(traction.particles[i]);
+  traction.particles = std::move(kept);
+  found.loaded = static_cast<Index>(loaded.size());
+  found.axis = traction.axis;
+  return found;
 }
 
 // A traction acts at the side of a particle that has no neighbour, if the opposite side has one. A

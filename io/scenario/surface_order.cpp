@@ -59,6 +59,16 @@ std::string wrong_order(const JsonValue& region, const Geometries<Dim>& geometri
   return found;
 }
 
+bool names_surface(const JsonValue& region) {
+  if (region.is<JsonValue::Array>())
+    for (const JsonValue& part : region.as<JsonValue::Array>())
+      if (names_surface(part)) return true;
+  if (!region.is<JsonValue::Object>()) return false;
+  for (const auto& [key, offset, value] : region.as<JsonValue::Object>())
+    if (key == "below" || key == "between" || names_surface(value)) return true;
+  return false;
+}
+
 template std::string wrong_order<2>(const JsonValue&, const Geometries<2>&);
 template std::string wrong_order<3>(const JsonValue&, const Geometries<3>&);
 

@@ -16,4 +16,7 @@ std::string wrong_order(const JsonValue& region, const Geometries<Dim>& geometri
 extern template std::string wrong_order<2>(const JsonValue&, const Geometries<2>&);
 extern template std::string wrong_order<3>(const JsonValue&, const Geometries<3>&);
 
+/// Whether surfaces bound a region: it lies `below` one or `between` two, or has a part that does.
+bool names_surface(const JsonValue& region);
+
 }  // namespace lahar

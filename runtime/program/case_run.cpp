@@ -103,6 +103,8 @@ int CaseRun::execute() {
       describe_changes(info.changed, outline_.materials, outline_.new_materials);
   for (const std::string& line : changes) console_.line("changed    " + line);
   warn_of_empty_groups(info.changed);
+  if (!info.changed.removed.empty() && info.particles == 0)
+    warn("the stage removes all particles: nothing is left that could move");
 
   RunInfo about = run_info(arguments_, scenario_);
   add_model(about, outline_, info);

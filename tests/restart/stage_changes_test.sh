@@ -107,3 +107,15 @@ refused 'stages.2.analysis.until={"imbalance":0}' "'imbalance' must be greater t
 refused 'mesh.particles_stresses={"type":"k0"}' "'k0' is missing for the material"
 refused 'mesh.particles_stresses.k0="jacky"' "'k0'.*jaky"
 refused 'external_loading_conditions.gravity=[1,-9.81]' '"k0" needs gravity along an axis'
+
+# A stage that removes all particles says so.
+cat >gone.json <<'END'
+{"mesh": {"structured": {"cell_size": 0.5, "counts": [2, 2]}},
+ "materials": [{"name": "sand", "type": "LinearElastic", "density": 1800, "youngs_modulus": 1e7,
+                "poisson_ratio": 0.3}],
+ "particles": [{"generator": {"type": "region", "per_cell": 2, "material": "sand"}}],
+ "analysis": {"nsteps": 2},
+ "stages": [{"name": "there"}, {"name": "gone", "remove": [{"region": {"all": true}}]}]}
+END
+"$lahar" run gone.json --quiet --threads 1 --output gone >gone.txt 2>&1 || fail "$(cat gone.txt)"
+grep -q "the stage removes all particles" gone.txt gone/gone/log.txt || fail "$(cat gone.txt)"

@@ -1,4 +1,5 @@
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <cstring>
 #include <filesystem>
@@ -350,3 +351,46 @@ R"(wall.obj: warning: 1 triangle with a corner twice is left out, the first at (
 )");
 }
 // clang-format on
+
+namespace {
+
+/// A wedge with its corner at x = y = z = `at`, whose edges have the length `size`.
+std::string wedge(double at, double size, int first, bool turned) {
+  std::string text;
+  for (const auto& c : corners)
+    text += fmt::format("v {} {} {}\n", at + size * c[0], at + size * c[1], at + size * c[2]);
+  for (const auto& f : faces)
+    text += fmt::format("f {} {} {}\n", first + f[0], first + f[turned ? 2 : 1],
+                        first + f[turned ? 1 : 2]);
+  return text;
+}
+
+double volume_of(const std::string& obj) {
+  ProblemList problems;
+  auto read = read_triangles(file_of("wall.obj", obj), {}, problems);
+  REQUIRE(read);
+  REQUIRE(check_solid("wall.obj", *read, problems));
+  return enclosed_volume(*read);
+}
+
+}  // namespace
+
+TEST_CASE("each closed surface of a solid shows its outside, and those within others are hollows") {
+  const std::string outer = wedge(0, 6, 1, false), turned = wedge(0, 6, 1, true);
+  CHECK(said_of_solid(outer + wedge(10, 3, 5, false)).empty());
+  CHECK(said_of_solid(outer + wedge(1, 1, 5, true)).empty());
+  CHECK(volume_of(outer + wedge(10, 3, 5, true)) == doctest::Approx(36 + 4.5));
+  CHECK(volume_of(outer + wedge(10, 6, 5, true)) == doctest::Approx(72));
+  CHECK(volume_of(turned + wedge(10, 3, 5, true)) == doctest::Approx(36 + 4.5));
+  CHECK(volume_of(outer + wedge(1, 1, 5, true)) == doctest::Approx(36 - 1.0 / 6));
+  CHECK(volume_of(outer + wedge(1, 1, 5, false)) == doctest::Approx(36 - 1.0 / 6));
+  CHECK(volume_of(turned + wedge(1, 1, 5, false)) == doctest::Approx(36 - 1.0 / 6));
+  CHECK(volume_of(turned + wedge(1, 1, 5, true)) == doctest::Approx(36 - 1.0 / 6));
+  CHECK(said_of_solid(outer + wedge(10, 3, 5, true)) ==
+        "wall.obj: warning: 1 of the 2 closed surfaces is turned over: it showed its inside\n"
+        "  hint: corners have to be counter-clockwise seen from outside\n");
+  CHECK(said_of_solid(outer + wedge(1, 1, 5, false)) ==
+        "wall.obj: warning: 1 of the 2 closed surfaces lies within others, and is turned over: the "
+        "body is hollow there, 0.1667 m^3\n"
+        "  hint: remove inner surfaces from the file if the body is solid there\n");
+}

@@ -135,3 +135,21 @@ TEST_CASE("what locks is warned of, unless there is B-bar") {
   CHECK(locks(""));
   CHECK(!locks(R"("b_bar": true, )"));
 }
+
+TEST_CASE("what yields at constant volume locks, whatever its law is called") {
+  const auto locks = [](const std::string& law) {
+    Parts parts = with("");
+    parts.law = R"("youngs_modulus": 1e7, "poisson_ratio": 0.3, )" + law;
+    return says(warnings_of(scenario_of(parts)), "hardly changes its volume, and locks");
+  };
+  const auto soil = [](const std::string& friction, const std::string& cohesion) {
+    return fmt::format(R"("type": "MohrCoulomb", "dilation": 0, "tension_cutoff": 0,
+                          "friction": {}, "cohesion": {})",
+                       friction, cohesion);
+  };
+  CHECK(locks(R"("type": "VonMises", "yield_stress": 1e4, "hardening_modulus": 0)"));
+  CHECK_FALSE(locks(R"("type": "VonMises", "yield_stress": 1e9, "hardening_modulus": 0)"));
+  CHECK(locks(soil("0", "1e4")));
+  CHECK_FALSE(locks(soil("30", "1e4")));
+  CHECK_FALSE(locks(soil("0", "1e9")));  // it never yields
+}

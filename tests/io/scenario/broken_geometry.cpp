@@ -286,7 +286,9 @@ TEST_CASE("layers, spacings and cut cells that contradict each other are refused
 TEST_CASE("a model has its place on the map, or it is refused") {
   if (!has_gdal()) return;
   const std::vector<Edit> far = {write("dem.asc", ascii_grid(grid(430000, 5100000)))};
-  check_cases({{"moved to the origin", far, dem, below, "accepted\n"}},
+  check_cases({{"moved to the origin", far, dem, below,
+                "accepted\nhint: the mesh extends from (0, 0, 0) to (8, 8, 4), the region from (0, "
+                "0, 0) to (8, 8, 86002.6): move one of them, or make the mesh larger\n"}},
               R"(, "map_origin": [430000, 5100000])");
   check_cases({{"a number too many", far, dem, below,
                 "'map_origin' must be [x, y], found 3 numbers\nthe raster lies beside the mesh: it "

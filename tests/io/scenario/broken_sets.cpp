@@ -235,7 +235,7 @@ mpm.json:11:67: error: 'radius' must be greater than 0 [m], found 0 [/sets/nodes
      R"(mpm.json:12:19: error: the region contains no particle [/particles/0/generator]
       {"generator": {"type": "region", "region": {"box": {"min": [5, 5], "max": [6, 6]}}, "material_id": 0}}
                     ^
-  hint: does it lie inside the mesh? per_cell may be too small for it
+  hint: does it lie inside the mesh? per_cell may be too small for it. It extends from (5, 5) to (6, 6), the mesh from (0, 0) to (2, 1)
 )"},
   };
   check(table, 27);

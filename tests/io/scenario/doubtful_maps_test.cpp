@@ -151,3 +151,78 @@ TEST_CASE("a yield stress whose viscosity at rest makes steps short is warned of
              "makes time steps 82.6 times shorter than its waves need"));
   CHECK_FALSE(says(with_rate("0.05"), "shear rate"));
 }
+
+namespace {
+
+/// Soil in a mesh of 10 x 3 m, below a line that rises from 2 m.
+std::string below_line(double right, const std::string& more = R"(, "material": "clay")") {
+  return fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "extent": [10, 3]}}}},
+    "geometry": {{"top": {{"points": [[0, 2], [10, {}]]}},
+                  "rock": {{"points": [[0, 1], [10, 1]]}}}},
+    "materials": [{{"name": "clay", "type": "LinearElastic", "density": 2000,
+                    "youngs_modulus": 1e7, "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2,
+                                   "region": {{"below": "top"}}{}}}}}],
+    "analysis": {{"nsteps": 1}}}})",
+                     right, more);
+}
+
+/// Soil below a raster in a mesh of 8 x 8 x 5 m, with `maps`.
+std::string below_raster(const std::string& maps) {
+  return fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 1, "counts": [8, 8, 5]}}}},
+    "geometry": {{"top": {{"raster": "bed.asc"}}}},
+    "materials": [{{"name": "clay", "type": "LinearElastic", "density": 2000,
+                    "youngs_modulus": 1e7, "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "clay",
+                                   "region": {{"below": "top"}}}}}}],
+    "post_processing": {{"maps": {}}},
+    "analysis": {{"nsteps": 1}}}})",
+                     maps);
+}
+
+}  // namespace
+
+TEST_CASE("soil whose surface rises above the mesh is warned of, with how much is missing") {
+  const Folder folder;
+  const char* const lost = "% of the region lies outside of the mesh and gets no particles";
+  CHECK_FALSE(says(said_of(folder, below_line(3)), lost));
+  CHECK(says(said_of(folder, below_line(6)), std::string("28 ") + lost));
+  CHECK(says(said_of(folder, below_line(600)), lost));  // all of the mesh, and much more
+}
+
+TEST_CASE("a first layer below the top of its region is warned of") {
+  const Folder folder;
+  const auto said = [&](const std::string& first) {
+    return said_of(
+        folder,
+        below_line(
+            2.5, fmt::format(R"(, "layers": [{}{{"below": "rock", "material": "clay"}}])", first)));
+  };
+  CHECK(
+      says(said(""), "% of the region lies above the first layer and gets no particles: about 12"));
+  CHECK_FALSE(says(said(R"({"below": "top", "material": "clay"}, )"), "above the first layer"));
+}
+
+TEST_CASE("soil below a surface with a gap is warned of, and not where the surface ends") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  const auto with = [&](const std::function<bool(double)>& known) {
+    folder.write("bed.asc",
+                 ascii_grid(bed_of([&](double x, double) { return known(x) ? 2.0 : unknown; })));
+    return says(said_of(folder, below_raster("{}")), "below them are no particles");
+  };
+  CHECK(with([](double x) { return x < 3 || x > 5; }));
+  CHECK_FALSE(with([](double x) { return x < 5; }));
+  CHECK_FALSE(with([](double) { return true; }));
+}
+
+TEST_CASE("maps outside of the mesh are warned of") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  folder.write("bed.asc", ascii_grid(bed_of([](double, double) { return 2.0; })));
+  const char* const lost = "the maps lie outside of the mesh, and stay empty";
+  const auto said = [&](const std::string& maps) { return said_of(folder, below_raster(maps)); };
+  CHECK_FALSE(says(said(R"({"min": [2, 2], "max": [6, 6]})"), lost));
+  CHECK(says(said(R"({"min": [5002, 7002], "max": [5006, 7006]})"), lost));
+  CHECK(says(said(R"({"min": [-9, 2], "max": [-1, 6]})"), lost));
+}

@@ -147,3 +147,35 @@ TEST_CASE("a small body that makes all steps short is warned of") {
   CHECK(warnings_of({.steel_modulus = "2.1e11",
                      .analysis = R"(, "mpm_scheme": "newmark", "dt": 0.1)"}) == "");
 }
+
+TEST_CASE("displacements that begin anew on springs or absorbing boundaries are warned of") {
+  const auto said = [](const std::string& conditions, const std::string& reset) {
+    const std::string text =
+        R"({"mesh": {"structured": {"cell_size": 1, "counts": [4, 4]},
+                     "boundary_conditions": {)" +
+        conditions + R"(}},
+            "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}}}},
+            "materials": [{"name": "clay", "type": "LinearElastic", "density": 1000,
+                           "youngs_modulus": 1e7, "poisson_ratio": 0.3}],
+            "particles": [{"generator": {"type": "region", "material": "clay", "per_cell": 2,
+                                         "region": {"box": {"max": [4, 2]}}}}],
+            "external_loading_conditions": {"gravity": [0, -10]},
+            "analysis": {"nsteps": 1},
+            "stages": [{"name": "ground"}, {"name": "shaken", "reset": [)" +
+        reset + "]}]}";
+    std::string all;
+    for (const Problem& warning :
+         read_scenario_text(text, "", {.overrides = {}, .stage = 1}).warnings)
+      all += warning.message + "\n";
+    return all;
+  };
+  const std::string springs =
+      R"("spring_constraints": [{"nset": "floor", "dir": "y", "stiffness": 1e6}])";
+  const std::string absorbing = R"("absorbing_constraints": [{"nset": "floor", "dir": "y",
+      "delta": 4, "h_min": 1, "position": "edge"}])";
+  const std::string lost = " lose their force where displacements begin at zero again";
+  CHECK(said(springs, R"("displacement")").find("springs" + lost) != std::string::npos);
+  CHECK(said(absorbing, R"("displacement")").find("absorbing boundaries" + lost) !=
+        std::string::npos);
+  CHECK(said(springs + ", " + absorbing, R"("strain")").find(lost) == std::string::npos);
+}

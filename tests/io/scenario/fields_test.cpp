@@ -266,3 +266,16 @@ TEST_CASE("no stage can give particles a material with fields") {
                                          "with 'change_material'"),
                        InputError);
 }
+
+TEST_CASE("a random field that changes within a particle is warned of") {
+  const auto rough = [](const std::string& length) {
+    const std::string field =
+        fmt::format(R"({{"mean": 2e4, "cov": 0.3, "correlation_length": {}, "seed": 7}})", length);
+    const Scenario s = read_scenario_text(scenario("1e7", field), "");
+    return format_problems(s.warnings, "warning").find("is below the distance of particles") !=
+           std::string::npos;
+  };
+  CHECK(rough("0.1"));
+  CHECK(rough("[4, 0.1]"));
+  CHECK_FALSE(rough("[4, 1]"));
+}

@@ -125,6 +125,9 @@ TEST_CASE(
              "the water table is above the ground, where nothing loads it: all pore "
              "pressures are 2.12e+04 Pa or more"));
   CHECK_FALSE(says(said("2"), "water table"));
+  CHECK(says(said(R"(1}, {"position": 0.5, "h0": 1}, {"position": 1, "h0": 9)"),
+             "the water table is above 50 % of the ground, where nothing loads it: pore pressures "
+             "are up to "));
   CHECK_FALSE(says(said("2"), "gravity does not act"));
   const Parts sideways{.mesh = R"(, "particles_pore_pressures": {"type": "water_table",
       "dir_v": "x", "dir_h": "y", "water_tables": [{"position": 0, "h0": 1}]})"};

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "physics/geometry/triangle_heights.h"
+#include "physics/geometry/triangle_shells.h"
 #include "tests/physics/geometry/solid_samples.h"
 
 using namespace lahar;
@@ -139,4 +140,49 @@ TEST_CASE("overhangs, folds and vertical triangles are no heights") {
   turn_over(turned);
   std::swap(turned.corners[4][0], turned.corners[4][1]);
   CHECK(triangle_heights(turned, 0.5).folded.count == 0);
+}
+
+namespace {
+
+void add(Triangles& to, const Triangles& other, const Vec<3>& move = Vec<3>::Zero()) {
+  const auto first = static_cast<Local>(to.points.size());
+  for (const Vec<3>& x : other.points) to.points.push_back(x + move);
+  for (const Triangles::Corners& c : other.corners)
+    to.corners.push_back({c[0] + first, c[1] + first, c[2] + first});
+}
+
+}  // namespace
+
+TEST_CASE("closed surfaces within others are found, however deep and wherever they touch") {
+  const auto round = [](double radius) { return star(12, [=](const Vec<3>&) { return radius; }); };
+  Triangles all = round(4);
+  add(all, round(3));  // with the same poles and angles
+  add(all, round(1), {0.5, 0.25, 1});
+  add(all, round(1), {9, 0, 0});
+  add(all, box_of_triangles({12, 0, 0}, {13, 1, 1}));
+  add(all, box_of_triangles({12.25, 0.25, 1}, {12.75, 0.75, 2}));  // stands on that box
+  add(all, box_of_triangles({13, 0.25, 0.5}, {14, 0.75, 1}));      // and beside it
+  const auto shells = shells_of(edges_of(all));
+  REQUIRE(shells.count == 7);
+  CHECK(nesting_depths(all, shells) == std::vector<int>{0, 1, 2, 0, 0, 0, 0});
+  const auto volumes = shell_volumes(all, shells);
+  CHECK(volumes[2] == doctest::Approx(volumes[3]));
+  CHECK(volumes[4] == doctest::Approx(1));
+  turn_over(all, shells, {false, false, false, false, true, false, false});
+  CHECK(shell_volumes(all, shells)[4] == doctest::Approx(-1));
+}
+
+TEST_CASE("depths of many closed surfaces follow from their place, in any order") {
+  Triangles all;
+  constexpr int n = 9;
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i)
+        add(all, box_of_triangles({0, 0, 0}, {0.5, 0.5, 0.5}), Vec<3>(i, j, k));
+  add(all, box_of_triangles({-1, -1, -1}, {n, n, 4.75}));  // around five layers of nine
+  const auto shells = shells_of(edges_of(all));
+  const auto depths = nesting_depths(all, shells);
+  REQUIRE(depths.size() == n * n * n + 1);
+  for (std::size_t s = 0; s < n * n * n; ++s) CHECK(depths[s] == (s < 5 * n * n ? 1 : 0));
+  CHECK(depths.back() == 0);
 }

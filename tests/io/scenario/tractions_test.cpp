@@ -1,0 +1,80 @@
+// The total force of tractions on sets whose particles lie behind each other.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include "tests/io/base/team_folder.h"
+#include "tests/io/base/thread_team.h"
+#include "tests/io/scenario/said.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// Ground below a line from (0, `left`) to (2, `right`), with a traction on a set of particles.
+std::string loaded(const std::string& set, double left, double right,
+                   const std::string& dir = "y") {
+  return fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.1, "counts": [20, 20]}}}},
+    "geometry": {{"top": {{"points": [[0, {}], [2, {}]]}},
+                  "row": {{"surface": "top", "lower_by": 0.05}}}},
+    "sets": {{"particles": {{"loaded": {}}}}},
+    "materials": [{{"name": "clay", "type": "LinearElastic", "density": 2000,
+                    "youngs_modulus": 1e7, "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "clay",
+                                   "region": {{"below": "top"}}}}}}],
+    "external_loading_conditions": {{"particle_surface_traction":
+        [{{"pset": "loaded", "dir": "{}", "traction": -1000}}]}},
+    "analysis": {{"nsteps": 1}}}})",
+                     left, right, set, dir);
+}
+
+const std::string row = R"({"between": ["row", "top"]})";
+
+/// The force of all tractions [N per m of depth], of particles that are parts of 0.05 m.
+double force_of(const Scenario& scenario) {
+  double force = 0;
+  for (const auto& t : std::get<Model<2>>(scenario.model).tractions)
+    force += t.traction * 0.05 * static_cast<double>(t.particles.size());
+  return force;
+}
+double force_of(const std::string& text) {
+  return force_of(read_scenario_text(text, ""));
+}
+std::string said_of(const std::string& text) {
+  return warnings_of(read_scenario_text(text, ""));
+}
+
+}  // namespace
+
+TEST_CASE("a traction on a slope is that on its plan, however its particles lie") {
+  CHECK(force_of(loaded(row, 1, 1)) == doctest::Approx(-2000));
+  CHECK(force_of(loaded(row, 0.93, 0.93)) == doctest::Approx(-2000));
+  for (const double right : {1.02, 1.05, 1.2, 1.6, 1.8}) {
+    CAPTURE(right);
+    const std::string slope = loaded(row, 1, right);
+    CHECK(force_of(slope) == doctest::Approx(-2000));
+    CHECK(force_of(loaded(row, 1, right, "x")) == doctest::Approx(-2000));
+    CHECK_FALSE(says(said_of(slope), "lie behind"));
+  }
+}
+
+TEST_CASE("the load of a slope is the same on any ranks") {
+  const Folder folder;
+  folder.write("case.json", loaded(row, 1, 1.6));
+  std::vector<double> force(3, 0.0);
+  run_team(3, [&](const Team& team) {
+    const Scenario s = read_scenario(folder.path / "case.json", {{}, false, &team});
+    force[static_cast<std::size_t>(team.index())] = force_of(s);
+  });
+  CHECK(force[0] + force[1] + force[2] == doctest::Approx(-2000));
+}
+
+TEST_CASE("a traction on surfaces that face two ways is that on one of them, and is warned of") {
+  const std::string corner = R"({"union": [{"box": {"min": [1.95, 0], "max": [2, 1]}},
+                                           {"box": {"min": [0, 0.95], "max": [2, 1]}}]})";
+  const std::string text = loaded(corner, 1, 1);
+  CHECK(force_of(text) == doctest::Approx(-2000));
+  CHECK(says(said_of(text),
+             "19 of the 59 particles of this traction lie behind others along y, up to 20 in a "
+             "row, and get none: it is -2000 N on 2 m^2, the surface as seen along y"));
+}
