@@ -219,7 +219,7 @@ void ScenarioBuilder<Dim>::build_default_transfer() {
   }
   if (const double own = least_viscosity(model_); depth == 0 && own > 0 && mesh_) {
     // What a viscous liquid has itself calms it, too; what is added beside it should not slow it.
-    constexpr double beside = 0.05;  // of its own viscosity
+    constexpr double beside = 0.01;  // of its own viscosity
     double c = std::numeric_limits<double>::infinity();
     for (const Material& material : model_.materials) c = std::min(c, speed_of(material));
     const double h = outer_cell().minCoeff();

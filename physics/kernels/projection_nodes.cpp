@@ -66,9 +66,33 @@ std::vector<std::uint8_t> held_axes(const Patch<Dim>& patch, bool two_phase) {
     for (int k = 0; k < Dim; ++k) {
       const auto local = static_cast<std::size_t>(k);
       const auto axis = global_axis(wall, k);
-      if (axis && (wall.fixed[local] || wall.pushes[local] != 0)) hold(wall.node, axis->dir);
+      if (!wall.fixed[local] && wall.pushes[local] == 0) continue;
+      for (int d = 0; d < Dim; ++d)  // what lies askew holds along all axes
+        if (!axis || axis->dir == d) hold(wall.node, d);
     }
   return axes;
+}
+
+/// ProjectionNodes::ends.
+template <int Dim>
+std::vector<std::uint8_t> ends_of_mesh(const PatchTopology<Dim>& topology, const Mesh<Dim>& mesh) {
+  constexpr unsigned all = (1u << Dim) - 1;
+  std::vector<std::uint8_t> ends;
+  ends.reserve(topology.nodes.size());
+  for (const Index local : topology.nodes) {
+    const Index node = local % mesh.n_nodes();
+    unsigned below = 0, above = 0;  // some cell is there
+    for (const Index cell : mesh.node_cells(node)) {
+      const auto corner = mesh.cell_nodes_tensor(cell);
+      for (unsigned k = 0; k < corner.size(); ++k)
+        if (corner[k] == node) {
+          below |= k;
+          above |= ~k;
+        }
+    }
+    ends.push_back(static_cast<std::uint8_t>(~(below & above) & all));
+  }
+  return ends;
 }
 
 /// Whether each cell around a node is filled or lies behind an axis along which the node is held,
@@ -329,10 +353,12 @@ void begin_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   }
   ProjectionNodes& nodes = patch.projection;
   const Mesh<Dim>& mesh = *step.model->mesh;
-  if (nodes.space.size() != static_cast<std::size_t>(patch.n_nodes()))
+  if (nodes.space.size() != static_cast<std::size_t>(patch.n_nodes())) {
     nodes.space = space_of_nodes(patch.topology, mesh, [&](Index cell, const auto& of_cell, int) {
       return mesh.cell_volume(cell) / of_cell.count;
     });
+    if (patch.cartesian) nodes.ends = ends_of_mesh(patch.topology, mesh);
+  }
   const std::vector<char> voids = voids_of(patch, step);
   find_pattern(patch, voids);
   patch.system.blocks.assign(patch.system.column.size(), 0.0);
@@ -364,7 +390,7 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const bool has_surface = step.model->analysis.projection.free_surface;
   const bool two_phase = step.model->analysis.two_phase;
   const Mesh<Dim>& mesh = *step.model->mesh;
-  std::vector<std::uint8_t> axes;
+  std::vector<std::uint8_t> axes;  // that are held; where they are not, the mesh has open ends
   if (has_surface && patch.cartesian) axes = held_axes(patch, two_phase);
   NodalSystem<Dim>& system = patch.system;
   ProjectionNodes& nodes = patch.projection;
@@ -383,6 +409,7 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   if (at_surface && !axes.empty() && axes[node] != 0)
                     at_surface = !is_behind_wall(mesh, patch.topology.nodes[node] % mesh.n_nodes(),
                                                  static_cast<unsigned>(sum[3]), axes[node]);
+                  if (!axes.empty() && (nodes.ends[node] & ~axes[node]) != 0) at_surface = true;
                   if (sum[1] > 0 && !at_surface) system.held[node] = 0;
                 });
   for (const auto& fixed : patch.fixed_pressure)

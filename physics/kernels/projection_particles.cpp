@@ -98,9 +98,15 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
             if (two_phase) liquid_sums[at] += pushed;  // nodes multiply by their porosity
           }
         if (!measures) return;
+        // Particles that crowd before a wall have more volume than space: they press as what fills
+        // it does.
+        double volume = 0;
+        for (Local p = bin.begin; p < bin.end; ++p) volume += V[p];
+        const Index cell = patch.topology.cells[static_cast<std::size_t>(bin.cell)];
+        const double share = std::min(1.0, step.model->mesh->cell_volume(cell) / volume);
         for (int i = 0; i < n_nodes; ++i) {
           Vec<Dim> push;
-          for (int d = 0; d < Dim; ++d) push[d] = reduce(at_surface[i][d]);
+          for (int d = 0; d < Dim; ++d) push[d] = share * reduce(at_surface[i][d]);
           add_support(patch, *step.model, nodes[i], push);
         }
       });

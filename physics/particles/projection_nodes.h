@@ -2,6 +2,7 @@
 /// (physics/kernels/projection.h).
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "physics/particles/patch_work.h"
@@ -10,8 +11,9 @@ namespace lahar {
 
 /// By local node; vectors are complete: all copies of a node have the same bits.
 struct ProjectionNodes {
-  std::vector<double> space;   ///< [m^3] of the mesh's cells around the node
-  std::vector<double> volume;  ///< [m^3] sum_p N_i V_p
+  std::vector<double> space;       ///< [m^3] of the mesh's cells around the node
+  std::vector<std::uint8_t> ends;  ///< bit per axis: a mesh of boxes ends there
+  std::vector<double> volume;      ///< [m^3] sum_p N_i V_p
   /// [-] by axis, shares of the discharge of light nodes whose v* lack what forces gave them; only
   /// with a liquid in pores.
   std::vector<double> unforced;
