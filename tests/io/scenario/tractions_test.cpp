@@ -78,3 +78,20 @@ TEST_CASE("a traction on surfaces that face two ways is that on one of them, and
              "19 of the 59 particles of this traction lie behind others along y, up to 20 in a "
              "row, and get none: it is -2000 N on 2 m^2, the surface as seen along y"));
 }
+
+TEST_CASE("the load on the upper half of a disc's rim is that on its diameter") {
+  for (const double thickness : {0.03, 0.05}) {
+    CAPTURE(thickness);
+    const std::string rim = fmt::format(
+        R"({{"intersection": [{{"half_space": {{"point": [0, 1], "normal": [0, -1]}}}},
+             {{"difference": [{{"sphere": {{"centre": [1, 1], "radius": 0.5}}}},
+                              {{"sphere": {{"centre": [1, 1], "radius": {}}}}}]}}]}})",
+        0.5 - thickness);
+    std::string text = loaded(rim, 1, 1);
+    const std::string below = R"({"below": "top"})";
+    text.replace(text.find(below), below.size(),
+                 R"({"sphere": {"centre": [1, 1], "radius": 0.5}}, "cut_cells": "exact")");
+    CHECK(force_of(text) == doctest::Approx(-1000));
+    CHECK(says(said_of(text), "up to 4 in a row, and get none: it is -1000 N on 1 m^2"));
+  }
+}
