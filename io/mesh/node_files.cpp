@@ -118,7 +118,7 @@ bool read_column(RowReader& rows, const NodeColumn& column, bool is_last, double
 
 std::optional<std::vector<NodeRow>> read_node_rows(const SideFile& file,
                                                    const std::vector<NodeColumn>& columns,
-                                                   const NodeRange& range, const Team& team,
+                                                   const NodeRowRange& range, const Team& team,
                                                    ProblemList& problems) {
   const Parse<NodeRow> parse = [&](RowReader& rows, NodeRow& row) {
     Index dir = 0;

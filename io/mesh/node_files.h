@@ -15,7 +15,7 @@
 namespace lahar {
 
 /// What rows may name.
-struct NodeRange {
+struct NodeRowRange {
   Index n_nodes;  ///< -1 = unknown
   int dim;        ///< number of directions; 0 = rows have none
 };
@@ -37,7 +37,7 @@ struct NodeRow {
 };
 std::optional<std::vector<NodeRow>> read_node_rows(const SideFile& file,
                                                    const std::vector<NodeColumn>& columns,
-                                                   const NodeRange& range, const Team& team,
+                                                   const NodeRowRange& range, const Team& team,
                                                    ProblemList& problems);
 
 /// Rows `node alpha beta [gamma]` in radians: in 2D the rotation by alpha + beta, in 3D
