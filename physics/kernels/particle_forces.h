@@ -187,8 +187,49 @@ void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local
   }
 }
 
+template <int Dim>
+Vec<Dim> contact_force(const Particles<Dim>& particles, Local p) {
+  Vec<Dim> force;
+  for (int d = 0; d < Dim; ++d) force[d] = particles.row(Column::contact_force, d)[p];
+  return force;
+}
+
+/// How much of the push of a rigid body acts by side_weights(): all of one along an axis, none
+/// beyond some 18 degrees from it, where the couple C takes it to the surface.
+template <int Dim>
+struct SidePush {
+  double share = 0;                    ///< [-]
+  Vec<Dim> push = Vec<Dim>::Zero();    ///< [N] of that share
+  Vec<Dim> offset = Vec<Dim>::Zero();  ///< [m] of the surface, along the axis alone
+  int axis = 0;
+
+  /// From the force of contact and its couple N distance n n^T.
+  SidePush(const Vec<Dim>& force, const ContactCouple<Dim>& couple) {
+    constexpr double least = 0.9;  // n_axis^2
+    const double all = couple.diagonal().maxCoeff(&axis), of_all = couple.trace();
+    if (!(all > least * of_all)) return;
+    const Vec<Dim> n = couple.col(axis) / std::sqrt(all * of_all);  // or against it
+    const double along = force.dot(n);
+    if (along == 0.0) return;
+    const double t = (all / of_all - least) / (1.0 - least);
+    share = t * t * (3.0 - 2.0 * t);
+    push = share * along * n;
+    offset[axis] = -of_all / along;
+  }
+};
+
+/// Call add(i, W_i - N_i) for the nodes of a particle with a SidePush.
+template <int Dim, TensorBasis Basis, class Add>
+void give_shift_to_side(const Basis& basis, Local p, const SidePush<Dim>& side, Add add) {
+  const int beside = side.axis == 0 ? 1 : 0;
+  give_side_functions<Dim>(basis, p, 1u, [&](int) {
+    return std::pair(side.offset,
+                     [&](int i, const Vec<Dim>& N) { add(i, N[side.axis] - N[beside]); });
+  });
+}
+
 /// Forces of rigid bodies act at their surfaces: f_i -= C grad N_i, with the couple C [N m] of a
-/// particle (rigid_contact.h).
+/// particle (rigid_contact.h), or SidePush.
 template <int Dim, class Basis>
 void add_contact_couples(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, const Particles<Dim>& particles) {
@@ -196,8 +237,20 @@ void add_contact_couples(const Basis& basis, const ParticleBin& bin, const Local
   for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
     const unsigned acting = not_zero(rows, first, bin.end);
     if (acting == 0) continue;
+    double rest[lanes<Pack>];
+    std::fill_n(rest, lanes<Pack>, 1.0);
+    if constexpr (TensorBasis<Basis>)
+      for_each_bit(acting, [&](int lane) {
+        const Local p = first + lane;
+        const SidePush<Dim> side(contact_force<Dim>(particles, p), contact_couple<Dim>(rows, p));
+        if (side.share == 0.0) return;
+        rest[lane] = 1.0 - side.share;
+        give_shift_to_side<Dim>(basis, p, side, [&](int i, double shift) {
+          general::add_to_node(sums, nodes[i], node_vector<Dim>(shift * side.push));
+        });
+      });
     give_gradients<Dim>(basis, first, acting, [&](int lane) {
-      const auto C = contact_couple<Dim>(rows, first + lane);
+      const ContactCouple<Dim> C = rest[lane] * contact_couple<Dim>(rows, first + lane);
       std::array<NodeVector, Dim> column;
       for (int b = 0; b < Dim; ++b)
         column[static_cast<std::size_t>(b)] = node_vector<Dim>(C.col(b));

@@ -95,6 +95,11 @@ Vec<Dim> weight_out_of_velocities(const StepContext<Dim>& step);
 template <int Dim>
 Vec<Dim> pore_gradient_at_rest(const StepContext<Dim>& step);
 
+/// Axes along which nodes are held, by local node, a bit for each: nothing flows through there.
+/// With a liquid in pores those along which it is.
+template <int Dim>
+std::vector<std::uint8_t> held_axes(const Patch<Dim>& patch, bool two_phase);
+
 /// With the velocities v*: A and b begin with voids, cells that are filled, pressures that are
 /// given.
 template <int Dim>

@@ -19,6 +19,27 @@
 
 namespace lahar {
 
+template <int Dim>
+std::vector<std::uint8_t> held_axes(const Patch<Dim>& patch, bool two_phase) {
+  std::vector<std::uint8_t> axes(static_cast<std::size_t>(patch.n_nodes()), 0);
+  const auto hold = [&](Local node, int d) {
+    auto& of_node = axes[static_cast<std::size_t>(node)];
+    of_node = static_cast<std::uint8_t>(of_node | 1u << d);
+  };
+  for (const auto& fixed : two_phase ? patch.fixed_liquid : patch.fixed)
+    hold(fixed.node, fixed.dir);
+  if (two_phase) return axes;
+  for (const ConstrainedNode<Dim>& wall : patch.walls)
+    for (int k = 0; k < Dim; ++k) {
+      const auto local = static_cast<std::size_t>(k);
+      const auto axis = global_axis(wall, k);
+      if (!wall.fixed[local] && wall.pushes[local] == 0) continue;
+      for (int d = 0; d < Dim; ++d)  // what lies askew holds along all axes
+        if (!axis || axis->dir == d) hold(wall.node, d);
+    }
+  return axes;
+}
+
 namespace {
 
 /// Rounding of sums of volumes, as a share of them.
@@ -49,28 +70,6 @@ void add_filled_cells(Patch<Dim>& patch, const StepContext<Dim>& step) {
     for (std::size_t k = 0; k < corner.size(); ++k)
       sums[static_cast<std::ptrdiff_t>(corner[k]) * sum_stride + 3] += 1u << k;
   }
-}
-
-/// Axes along which nodes are held, by local node, a bit for each: nothing flows through there.
-template <int Dim>
-std::vector<std::uint8_t> held_axes(const Patch<Dim>& patch, bool two_phase) {
-  std::vector<std::uint8_t> axes(static_cast<std::size_t>(patch.n_nodes()), 0);
-  const auto hold = [&](Local node, int d) {
-    auto& of_node = axes[static_cast<std::size_t>(node)];
-    of_node = static_cast<std::uint8_t>(of_node | 1u << d);
-  };
-  for (const auto& fixed : two_phase ? patch.fixed_liquid : patch.fixed)
-    hold(fixed.node, fixed.dir);
-  if (two_phase) return axes;
-  for (const ConstrainedNode<Dim>& wall : patch.walls)
-    for (int k = 0; k < Dim; ++k) {
-      const auto local = static_cast<std::size_t>(k);
-      const auto axis = global_axis(wall, k);
-      if (!wall.fixed[local] && wall.pushes[local] == 0) continue;
-      for (int d = 0; d < Dim; ++d)  // what lies askew holds along all axes
-        if (!axis || axis->dir == d) hold(wall.node, d);
-    }
-  return axes;
 }
 
 /// ProjectionNodes::ends.
@@ -490,6 +489,7 @@ void take_pressure(Patch<Dim>& patch) {
   template void begin_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
   template void end_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&);   \
   template void close_pressure_system<Dim>(Patch<Dim>&, const StepContext<Dim>&); \
+  template std::vector<std::uint8_t> held_axes<Dim>(const Patch<Dim>&, bool);     \
   template void drain_surfaces<Dim>(Patch<Dim>&, const StepContext<Dim>&);        \
   template PressureSums pressure_sums<Dim>(const Patch<Dim>&);                    \
   template void take_out_mean<Dim>(Patch<Dim>&, double);                          \

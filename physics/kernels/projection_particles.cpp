@@ -67,6 +67,11 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
   const double* V = patch.particles.row(Column::volume);
   const double* change = patch.projection.change.data();
   const bool measures = !patch.measured.empty();
+  std::vector<std::uint8_t> held;
+  if (measures) held = held_axes(patch, two_phase);
+  const auto is_held = [&](Local node, int d) {
+    return (held[static_cast<std::size_t>(node)] >> d & 1) != 0;
+  };
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
@@ -98,15 +103,24 @@ void add_pressure_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
             if (two_phase) liquid_sums[at] += pushed;  // nodes multiply by their porosity
           }
         if (!measures) return;
-        // Particles that crowd before a wall have more volume than space: they press as what fills
-        // it does.
+        // Particles that crowd before a wall have more volume than space. They press as what fills
+        // it does, and what stops the rest is the wall, too.
         double volume = 0;
         for (Local p = bin.begin; p < bin.end; ++p) volume += V[p];
         const Index cell = patch.topology.cells[static_cast<std::size_t>(bin.cell)];
         const double share = std::min(1.0, step.model->mesh->cell_volume(cell) / volume);
+        Vec<Dim> rest = Vec<Dim>::Zero(), holding = Vec<Dim>::Zero();
+        for (int i = 0; i < n_nodes; ++i)
+          for (int d = 0; d < Dim; ++d) {
+            rest[d] -= (1.0 - share) * reduce(force[i][d]);
+            holding[d] += is_held(nodes[i], d) ? 1.0 : 0.0;
+          }
         for (int i = 0; i < n_nodes; ++i) {
           Vec<Dim> push;
-          for (int d = 0; d < Dim; ++d) push[d] = share * reduce(at_surface[i][d]);
+          for (int d = 0; d < Dim; ++d) {
+            push[d] = (holding[d] > 0 ? share : 1.0) * reduce(at_surface[i][d]);
+            if (is_held(nodes[i], d)) push[d] += rest[d] / holding[d];
+          }
           add_support(patch, *step.model, nodes[i], push);
         }
       });

@@ -9,6 +9,7 @@
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/near_bodies.h"
+#include "physics/kernels/particle_forces.h"
 #include "physics/materials/law.h"
 #include "physics/particles/contact_couple.h"
 #include "physics/particles/loads.h"
@@ -368,14 +369,35 @@ template <int Dim>
 void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                    const VelocityGradients<Dim>* gradients) {
   const ContactRows<Dim> rows(patch.particles);
+  const bool by_axes = row_of(step.model->analysis.functions).products;
+  const auto side_of = [&](Local p) {
+    return SidePush<Dim>(contact_force<Dim>(patch.particles, p),
+                         contact_couple<Dim>(rows.couple, p));
+  };
   const auto count = [&](Local p, auto gradient) {
-    const auto couple = contact_couple<Dim>(rows.couple, p);
+    ContactCouple<Dim> couple = contact_couple<Dim>(rows.couple, p);
+    if (by_axes) couple *= 1.0 - side_of(p).share;
     for (int a = 0; a < Dim; ++a)
       for (int b = 0; b < Dim; ++b) patch.work.internal += step.dt * couple(a, b) * gradient(a, b);
   };
   const auto act = [&](const ParticleBin& bin) {
     return has_particle_forces(patch, bin, *step.model);
   };
+  if (by_axes)
+    for_each_bin_with_basis(
+        patch, bins, act, [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+          if constexpr (TensorBasis<std::decay_t<decltype(basis)>>)
+            for (Local p = bin.begin; p < bin.end; p += lanes<Pack>)
+              for_each_bit(not_zero(rows.couple, p, bin.end), [&](int lane) {
+                const SidePush<Dim> side = side_of(p + lane);
+                if (side.share == 0.0) return;
+                give_shift_to_side<Dim>(basis, p + lane, side, [&](int i, double shift) {
+                  const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
+                  for (int d = 0; d < Dim; ++d)
+                    patch.work.internal -= step.dt * shift * side.push[d] * patch.velocity[at + d];
+                });
+              });
+        });
   if (gradients) {
     for (const ParticleBin& bin : bins) {
       if (!act(bin)) continue;

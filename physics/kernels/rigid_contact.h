@@ -11,8 +11,10 @@
 ///
 /// The couple C takes N n to the surface: N(x) - distance n . grad N is the function there, to
 /// first order. So a pressure that ends at a surface is in balance at each node, and water rests
-/// beside a body; with N n at centres some nodes were pushed on, others back. Implicit steps have
-/// no C.
+/// beside a body; with N n at centres some nodes were pushed on, others back. Where n is an axis
+/// and functions are products, that balance is exact (SidePush in particle_forces.h): else nodes of
+/// little mass beyond a surface let an elastic body yield to a plate, by a fifth of its load.
+/// Implicit steps have no C.
 ///
 ///     A = V / 2r, within V^(1 - 1/Dim) and (h/2)^(Dim - 1)
 ///     k = min(2 M A / h, 3 m / 2 dt^2),  c = 2 zeta sqrt(k min(rho A h / 2, m))
