@@ -169,12 +169,26 @@ double power_of(Patch<Dim>& patch, const StepContext<Dim>& step, Force force) {
   return sum;
 }
 
+template <int Dim>
+double power_of_point_forces(const Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const double* own = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  double power = 0.0;
+  for (const auto& point : patch.forces) {
+    const double* v = at(patch.velocity, point.node);
+    if (!(v[mass_lane] > patch.least_mass) || !is_first_body(patch, point.node)) continue;
+    power += own[static_cast<std::ptrdiff_t>(point.node) * sum_stride] / v[mass_lane] *
+             point.force * load_factor(*step.model, point.function, step.time) * v[point.dir];
+  }
+  return power;
+}
+
 }  // namespace
 
 // With FLIP particles get the energy f dt . (start + mapped) / 2 of a nodal force f (NodeImpulse),
-// not what integrate() counted, which has the velocity before the mapping. So it is of damping
-// forces, and of all of them where a transfer's loss is what nodes got and particles did not:
-// strains are taken from the mapped velocities. Energy that particles do not have is else counted.
+// not what integrate() counted, which has the velocity before the mapping. So it is of forces that
+// are given at nodes, of damping forces, and of all of them where a transfer's loss is what nodes
+// got and particles did not: strains are taken from the mapped velocities. Energy that particles do
+// not have is else counted.
 template <int Dim>
 void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (patch.active_nodes.empty()) return;
@@ -191,6 +205,7 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
   };
   const double counted = (transfer ? of_all() : 0.0) + (damps ? of_damping() : 0.0);
   double power = 0.0;
+  patch.work.external -= 0.5 * step.dt * power_of_point_forces(patch, step);
   take_velocity_again(patch, step, NodeSum::momentum, patch.velocity);
   for (std::size_t k = 0; k < patch.wall_pushes.size(); ++k)
     patch.wall_pushes[k].mapped =
@@ -199,6 +214,7 @@ void nodal_velocity_again(Patch<Dim>& patch, const StepContext<Dim>& step) {
   prescribe_velocities(patch, patch.velocity);
   if (damps) power += of_damping();
   patch.work.damping += 0.5 * step.dt * (power - counted);
+  patch.work.external += 0.5 * step.dt * power_of_point_forces(patch, step);
   hold_pressed(patch, step);
   if (patch.bodies() > 1) hold_together(patch, step);
 }

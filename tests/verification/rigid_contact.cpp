@@ -410,7 +410,7 @@ TEST_CASE("rigid bodies: an elastic block that a plate presses bears its load, a
           "region": {{"box": {{"min": [0, 0], "max": [{3}, {3}]}}}}}}}}],
         "rigid_bodies": [{{"name": "plate",
           "region": {{"box": {{"min": [-1, {3}], "max": [2, 1.4]}}}},
-          "velocity": [0, -{4}], "math_function": "push"}}],
+          "velocity": [0, -{4}], "math_function_id": "push"}}],
         "math_functions": [{{"name": "push", "type": "Linear", "xvalues": [0, 0.5, 0.5001, 10],
           "fxvalues": [2, 2, 0, 0]}}],
         "analysis": {{"end_time": 4, "time_step": {{"safety": {5}}},
