@@ -25,7 +25,6 @@ void for_each_force_gauge(const Model<Dim>& model, auto body) {
 template <int Dim>
 double share_taken(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node) {
   const VelocityTransfer& transfer = step.model->analysis.transfer;
-  if (has_filter(transfer)) return 0.0;
   return 1.0 - transfer.kept(patch.bodies() == 1 ? 0 : node / patch.body_nodes, step.dt);
 }
 

@@ -4,9 +4,11 @@
 /// What holds a node of mass m gives it m a - f, with the acceleration a that particles get and all
 /// other forces f (d'Alembert). A transfer that takes the share c of nodal velocities from the
 /// nodes takes c (m v - p) more in a step: v are the velocities that are held at its beginning, p
-/// the momentum that particles gave. All nodes together, loads and damping change the momentum of
-/// the particles, and nothing else does; with filters of higher order (XPIC, FMPM) nearly so. All
-/// of it is linear in the sums that patches give to a node: each patch has its part.
+/// the momentum that particles gave. A filter of higher order (XPIC, FMPM, that of grains) gives
+/// particles the share c of other velocities, of the same momentum but for what holds nodes again
+/// when they are known (velocity_transfer.cpp). All nodes together, loads and damping change the
+/// momentum of the particles, and nothing else does. All of it is linear in the sums that patches
+/// give to a node: each patch has its part.
 ///
 /// Forces of a projection are of gradients: of a pressure dp they are -int N grad dp, to which the
 /// walls' own part, the integral of N dp n over the surface, is missing. It is

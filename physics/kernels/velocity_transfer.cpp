@@ -2,8 +2,11 @@
 #include "physics/kernels/velocity_transfer.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "physics/kernels/driven_nodes.h"
+#include "physics/kernels/node_supports.h"
 #include "physics/particles/node_sums.h"
 
 namespace lahar {
@@ -34,6 +37,30 @@ void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
   add_change(dt);
   prescribe_velocities(patch, patch.transfer);
   add_change(-dt);
+}
+
+/// prescribe() after the last order, of which particles take their share: what it gives to nodes
+/// comes from what holds them. Before it nodes have the momentum of `unfiltered`, all together.
+template <int Dim>
+void prescribe_last(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const VelocityTransfer& transfer = step.model->analysis.transfer;
+  std::vector<std::pair<Local, NodeVector>> before;  // of measured nodes
+  for (const auto& measured : patch.measured)
+    if (patch.node_is_active[static_cast<std::size_t>(measured.node)] &&
+        has_velocity(patch, at(patch.velocity, measured.node)[mass_lane]) &&
+        (before.empty() || before.back().first != measured.node))
+      before.push_back({measured.node, load<NodeVector>(at(patch.transfer, measured.node))});
+  prescribe(patch, step);
+  const double* own_mass = patch.own_sums(NodeSum::mass_momentum, step.step) + mass_lane;
+  for (const auto& [node, free] : before) {
+    const Local body = patch.bodies() == 1 ? 0 : node / patch.body_nodes;
+    const double taken = 1.0 - transfer.kept(body, step.dt) - transfer.taken_by_viscosity(step.dt);
+    const NodeVector given = own_mass[static_cast<std::ptrdiff_t>(node) * sum_stride] * taken *
+                             (load<NodeVector>(at(patch.transfer, node)) - free);
+    Vec<Dim> force;
+    for (int d = 0; d < Dim; ++d) force[d] = -given[d] / step.dt;
+    add_support(patch, *step.model, node, force);
+  }
 }
 
 template <int Dim, class Node>
@@ -73,7 +100,10 @@ void raise_filter(Patch<Dim>& patch, const StepContext<Dim>& step, int order) {
                                   order == 2 ? (1.0 / m) * sum : lower),
                         at(patch.transfer, i));
                 });
-  prescribe(patch, step);
+  if (order == step.model->analysis.transfer.order)
+    prescribe_last(patch, step);
+  else
+    prescribe(patch, step);
 }
 
 template <int Dim>

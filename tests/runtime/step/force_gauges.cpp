@@ -120,6 +120,11 @@ TEST_CASE(
       {"musl", springs, flip},
       {"musl", held, R"(, "velocity_update": "apic", "shape_functions": "gimp")"},
       {"usl", rubbed, R"(, "velocity_update": "tpic", "shape_functions": "quadratic_spline")"},
+      {"musl", held, update(R"("relaxation": 0.03, "order": 3, "viscosity": 0.01)")},
+      {"usl", rubbed, update(R"("relaxation": 0.05, "order": 2)")},
+      {"musl", pushing, update(R"("relaxation": 0.05, "order": 4)")},
+      {"musl", moving, R"(, "velocity_update": "xpic", "velocity_update_settings": {"order": 3})"},
+      {"usl", held, R"(, "velocity_update": "fmpm", "velocity_update_settings": {"order": 2})"},
   };
   for (const Case& one : cases) {
     CAPTURE(one.scheme);
