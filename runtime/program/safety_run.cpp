@@ -104,12 +104,16 @@ void follow(Simulation& simulation, const FailureBounds& bounds, bool has_pores,
             const Communicator& ranks, SafetyTrial& trial) {
   using End = SafetyTrial::End;
   const double ever_less = has_pores ? 1.5 : 1.25;  // times as far in twice the time
-  double at_half = 0;                               // [m] displacement after half of the time
+  // Who moves further than this without water to wait for has failed, though cells that lock hold
+  // it.
+  const double most = has_pores ? bounds.displacement : bounds.displacement / 3;
+  double at_half = 0;  // [m] displacement after half of the time
   const auto decide = [&]() -> std::optional<End> {
     if (trial.displacement > bounds.displacement) return End::moved;
     if (is_at_rest(at_rest, simulation.info().rest)) return End::rest;
     if (simulation.time() <= bounds.time) return {};
-    return trial.displacement <= ever_less * at_half ? End::settles : End::restless;
+    const bool settles = trial.displacement <= std::min(most, ever_less * at_half);
+    return settles ? End::settles : End::restless;
   };
   std::optional<End> end;
   while (!end) {

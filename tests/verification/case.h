@@ -25,6 +25,12 @@ Model<Dim> model_of_text(const std::string& text) {
   return std::get<Model<Dim>>(std::move(scenario.model));
 }
 
+/// The same with the defaults that users have.
+template <int Dim>
+Model<Dim> model_by_default(const std::string& text) {
+  return std::get<Model<Dim>>(read_scenario_text(text, LAHAR_SOURCE_DIR).model);
+}
+
 /// Particle states of a frame with the components of a column by index.
 class State {
  public:

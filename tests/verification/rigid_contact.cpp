@@ -396,16 +396,16 @@ TEST_CASE("rigid bodies: an elastic block that a plate presses bears its load, a
   for (const auto& [cell, safety] : {std::pair{0.05, 0.4}, {0.05, 0.2}, {0.025, 0.4}}) {
     CAPTURE(cell);
     CAPTURE(safety);
-    Simulation simulation(model_of_text<2>(fmt::format(
+    Simulation simulation(model_by_default<2>(fmt::format(
         R"({{
-        "mesh": {{"structured": {{"cell_size": {}, "extent": [0.8, 0.6]}},
+        "mesh": {{"structured": {{"cell_size": {0}, "extent": [0.8, 0.6]}},
           "boundary_conditions": {{"velocity_constraints": [
             {{"nset": "floor", "dir": "y", "velocity": 0}},
             {{"nset": "left", "dir": "x", "velocity": 0}}]}}}},
         "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
                            "left": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}}}}}},
         "materials": [{{"name": "m", "type": "LinearElastic", "density": 1000,
-          "youngs_modulus": {}, "poisson_ratio": {}}}],
+          "youngs_modulus": {1}, "poisson_ratio": {2}}}],
         "particles": [{{"generator": {{"type": "region", "material": "m", "per_cell": 2,
           "region": {{"box": {{"min": [0, 0], "max": [{3}, {3}]}}}}}}}}],
         "rigid_bodies": [{{"name": "plate",

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/verification/case.h"
@@ -81,7 +82,7 @@ TEST_CASE("tractions: a bar that is pulled becomes as long as it should, and is 
     CAPTURE(bar.functions);
     CAPTURE(bar.cell);
     constexpr double E = 1e6;
-    Simulation simulation(model_of_text<2>(fmt::format(
+    Simulation simulation(model_by_default<2>(fmt::format(
         R"({{
         "mesh": {{"structured": {{"cell_size": {0}, "extent": [1.6, 0.6]}},
           "boundary_conditions": {{"velocity_constraints": [
@@ -96,19 +97,18 @@ TEST_CASE("tractions: a bar that is pulled becomes as long as it should, and is 
           "fxvalues": [0, 1]}}],
         "external_loading_conditions": {{"particle_surface_traction": [
           {{"pset": "tip", "dir": "x", "traction": {3}, "math_function_id": "ramp"}}]}},
-        "analysis": {{"shape_functions": "{4}", "velocity_update": "{5}", "end_time": 0.6,
-          "damping": {{"type": "Cundall", "damping_factor": 0.3}}}}}})",
+        "analysis": {{"shape_functions": "{4}", "velocity_update": "{5}", "end_time": 1,
+          "damping": {{"type": "Cundall", "damping_factor": 0.6}}}}}})",
         bar.cell, 1 - bar.cell / 2, E, bar.stress * E, bar.functions, bar.update)));
     simulation.run();
     const State end(simulation.frame());
-    const double moved = mean(
-        end, [&](Index p) { return end.x(p, 0) > 1; },
-        [&](Index p) { return end.get("displacement", p, 0); });
-    const double u = std::expm1(bar.stress) * (1 - bar.cell / 4);
+    double tip = 0;
+    for (Index p = 0; p < end.size(); ++p) tip = std::max(tip, end.x(p, 0));
+    const double length = tip / (1 - bar.cell / 4);
     const HistoryRow row = simulation.history();
-    MESSAGE(bar.functions, ", cell ", bar.cell, ": ", moved / u, ", balance ",
+    MESSAGE(bar.functions, ", cell ", bar.cell, ": ", length, ", balance ",
             row.balance / row.external);
-    CHECK(std::abs(moved / u - 1) < 0.03);
+    CHECK(std::abs(length / std::exp(bar.stress) - 1) < 0.006);
     CHECK(std::abs(row.balance) < 0.01 * row.external);
   }
 }
@@ -206,7 +206,7 @@ TEST_CASE("tractions: their work is the energy of the column that they shake") {
 TEST_CASE("forces at nodes do the work that a block which they press has as energy") {
   for (const char* functions : {"element", "gimp", "quadratic_spline", "cubic_spline"}) {
     CAPTURE(functions);
-    Simulation simulation(model_of_text<2>(fmt::format(
+    Simulation simulation(model_by_default<2>(fmt::format(
         R"({{
         "mesh": {{"structured": {{"cell_size": 0.05, "extent": [0.8, 0.8]}},
           "boundary_conditions": {{"velocity_constraints": [

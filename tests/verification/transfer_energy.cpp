@@ -164,7 +164,7 @@ TEST_CASE("the account of water that sloshes closes with every transfer that dam
 TEST_CASE("elastic bodies keep their energy by default, with all functions") {
   for (const char* functions : {"quadratic_spline", "gimp", "uniform_gimp", "cpdi", "cpdi2"}) {
     CAPTURE(functions);
-    Simulation simulation(model_of_text<2>(fmt::format(
+    Simulation simulation(model_by_default<2>(fmt::format(
         R"({{
         "mesh": {{"structured": {{"cell_size": 0.05, "extent": [1.4, 0.6]}}}},
         "materials": [{{"name": "m", "type": "LinearElastic", "density": 1000,
