@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/base/simd.h"
+
 namespace lahar {
 
 namespace {
@@ -31,6 +33,8 @@ class HalfEdges {
     }
     per_volume_ = 1.0 / cell_volume;
   }
+
+  bool are_along_axes() const { return kind_ == Column::domain || kind_ == Column::volume; }
 
   Matrix at(Local p) const {
     Matrix r = Matrix::Zero();
@@ -139,14 +143,64 @@ double surface_offset(const Model<Dim>& model) {
   return 2.0 * (high - low).norm();
 }
 
+namespace {
+
+/// The directions of a patch's nodes, each found once for many cells.
+template <int Dim>
+class DirectionsOfNodes {
+ public:
+  void begin(const Patch<Dim>& patch) {
+    patch_ = &patch;
+    found_.clear();
+    number_.assign(static_cast<std::size_t>(patch.body_nodes), -1);
+  }
+  /// Number of those of a node.
+  int at(Local node) {
+    int& number = number_[static_cast<std::size_t>(node)];
+    if (number < 0) {
+      number = static_cast<int>(found_.size());
+      found_.push_back(surface_directions(*patch_, node));
+    }
+    return number;
+  }
+  const SurfaceDirections<Dim>& operator[](int number) const {
+    return found_[static_cast<std::size_t>(number)];
+  }
+
+ private:
+  const Patch<Dim>* patch_ = nullptr;
+  std::vector<SurfaceDirections<Dim>> found_;
+  std::vector<int> number_;
+};
+
+/// A pack of particles: places, and halves of edges along the axes; of other shapes, edges.
+template <int Dim>
+struct Ends {
+  Pack x[Dim], half[Dim];
+  Local n;  ///< particles
+};
+
+/// Largest lane of values that are not negative.
+double most_of(const Pack& value) {
+  alignas(64) double lane[lanes<Pack>];
+  store(value, lane);
+  return *std::max_element(lane, lane + lanes<Pack>);
+}
+
+}  // namespace
+
 template <int Dim>
 void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   struct Place {
     double *near, *around;  ///< where the body ends along the directions
     Vec<Dim> x;             ///< [m] of the node
-    SurfaceDirections<Dim> directions;
+    int directions;
   };
   static thread_local std::vector<Place> places;
+  static thread_local std::vector<Ends<Dim>> ends;
+  static thread_local std::vector<typename HalfEdges<Dim>::Matrix> edges;  // of shapes that turn
+  static thread_local DirectionsOfNodes<Dim> directions;
+  directions.begin(patch);
   double *near_ends = patch.own_sums(NodeSum::surface, step.step),
          *ends_around = patch.own_sums(NodeSum::surface_around, step.step);
   const double offset = surface_offset(*step.model);
@@ -163,28 +217,61 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
       places.push_back({near_ends + line, ends_around + line,
                         Eigen::Map<const Vec<Dim>>(patch.node_position.data() +
                                                    static_cast<std::ptrdiff_t>(f) * node_width),
-                        surface_directions(patch, node)});
+                        directions.at(node)});
     }
     if (places.empty()) continue;
     const HalfEdges<Dim> half_edges(patch, bin.cell);
+    const bool turned = !half_edges.are_along_axes();
+    ends.clear();
+    edges.clear();
+    for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
+      Ends<Dim>& of = ends.emplace_back();
+      of.n = std::min<Local>(bin.end - first, lanes<Pack>);
+      alignas(64) double half[Dim][lanes<Pack>] = {};
+      for (Local j = 0; j < of.n; ++j) {
+        const auto r = half_edges.at(first + j);
+        for (int d = 0; d < Dim; ++d) half[d][j] = r(d, d);
+        if (turned) edges.push_back(r);
+      }
+      for (std::size_t d = 0; d < Dim; ++d) {
+        of.x[d] = load_first<Pack>(x[d] + first, of.n);
+        of.half[d] = load<Pack>(half[d]);
+      }
+    }
     const double near =
         near_cells * patch.cell_size[static_cast<std::size_t>(bin.cell) % patch.cell_size.size()];
-    for (Local p = bin.begin; p < bin.end; ++p) {
-      Vec<Dim> x_p;
-      for (int d = 0; d < Dim; ++d) x_p[d] = x[static_cast<std::size_t>(d)][p];
-      const auto r = half_edges.at(p);
-      for (Place& place : places)
-        for (int k = 0; k < place.directions.count; ++k) {
-          const auto& direction = place.directions.of[static_cast<std::size_t>(k)];
-          if (direction.from != body && direction.to >= 0 && direction.to != body) continue;
-          const Vec<Dim> from_node = x_p - place.x;
-          const double ahead = direction.normal.dot(from_node);
-          const bool beside = (from_node - ahead * direction.normal).squaredNorm() > near * near;
-          const double end = (direction.from == body ? ahead : -ahead) +
-                             (r.transpose() * direction.normal).norm() + offset;
-          place.around[k] = std::max(place.around[k], end);
-          if (!beside) place.near[k] = std::max(place.near[k], end);
+    for (const Place& place : places) {
+      const SurfaceDirections<Dim>& all = directions[place.directions];
+      for (int k = 0; k < all.count; ++k) {
+        const auto& direction = all.of[static_cast<std::size_t>(k)];
+        if (direction.from != body && direction.to >= 0 && direction.to != body) continue;
+        const Vec<Dim>& n = direction.normal;
+        Pack most(0.0), most_near(0.0);
+        auto turned_edges = edges.begin();
+        for (const Ends<Dim>& of : ends) {
+          Pack ahead(0.0), away(0.0), reach(0.0);
+          for (int d = 0; d < Dim; ++d) {
+            const Pack from_node = of.x[d] - Pack(place.x[d]);
+            ahead += from_node * Pack(n[d]);
+            away += from_node * from_node;
+            const Pack along = of.half[d] * Pack(n[d]);
+            reach += along * along;
+          }
+          reach = sqrt(reach);
+          if (turned) {
+            alignas(64) double along[lanes<Pack>] = {};
+            for (Local j = 0; j < of.n; ++j) along[j] = ((turned_edges++)->transpose() * n).norm();
+            reach = load<Pack>(along);
+          }
+          const Pack end = first_lanes(
+              Pack((direction.from == body ? ahead : -ahead) + reach + Pack(offset)), of.n);
+          const unsigned beside = greater(Pack(away - ahead * ahead), Pack(near * near));
+          most = max(most, end);
+          most_near = max(most_near, select(beside, Pack(0.0), end));
         }
+        place.around[k] = std::max(place.around[k], most_of(most));
+        place.near[k] = std::max(place.near[k], most_of(most_near));
+      }
     }
   }
 }
