@@ -91,8 +91,8 @@ LAHAR_INLINE void give_gradients(const Basis& basis, Local first, unsigned bits,
 /// A load and the stress that bears it are in balance at all nodes if nodes get of the load what
 /// they get of a uniform stress in the particle and in all that lie behind it, as long as it is:
 /// W = +- l sum_m dw(s -+ m l). That is the function at the side but for the error of sums over
-/// particles, which at nodes beyond the surface is as large as it.
-/// Changes nothing for particles that are much longer than cells.
+/// particles, which at nodes beyond the surface is as large as it. `weights` are those of the
+/// centre, and stay where particles are much longer than cells.
 template <class Basis>
 void side_weights(const Basis& basis, int d, Local p, double s, double offset,
                   double (&weights)[axis_nodes]) {
@@ -100,6 +100,7 @@ void side_weights(const Basis& basis, int d, Local p, double s, double offset,
   constexpr double reach = 3.5;  // from the cell's middle to where no function of its nodes is left
   const double side = offset > 0.0 ? 1.0 : -1.0,
                length = 2.0 * side * offset / basis.cell_length(d);
+  if (!(length < reach)) return;
   double total = 0, W[axis_nodes] = {};
   for (int m = 0; m < most; ++m) {
     const double at = s - side * m * length, cell = std::floor(at);
@@ -107,16 +108,16 @@ void side_weights(const Basis& basis, int d, Local p, double s, double offset,
     Scalar dw[axis_nodes];
     basis.axis.slopes(d, p, Scalar(at - cell), dw);
     for (int k = 0; k < axis_nodes; ++k)
-      if (const int j = k - static_cast<int>(cell); j >= 0 && j < axis_nodes) {
+      if (const int j = k - static_cast<int>(cell); j >= 0 && j < axis_nodes)
         W[k] += side * length * dw[j][0];
-        total += side * length * dw[j][0];
-      }
   }
-  if (!(total > 0.5)) return;
-  for (double& weight : W) weight /= total;  // 1, where particles divide cells evenly
   if (basis.border >> (2 * d) & 1) fold_first(W);
   if (basis.border >> (2 * d + 1) & 1) fold_last(W);
-  std::copy_n(W, axis_nodes, weights);
+  for (int k = 0; k < axis_nodes; ++k) total += weights[k] != 0.0 ? W[k] : 0.0;
+  if (!(total > 0.5)) return;
+  // The total is 1 where particles divide cells evenly.
+  for (int k = 0; k < axis_nodes; ++k)
+    if (weights[k] != 0.0) weights[k] = W[k] / total;
 }
 
 /// As give_functions(), for loads at sides: of component d of the load node i gets N[d]. to(lane)
@@ -161,23 +162,22 @@ void add_particle_forces(const Basis& basis, const ParticleBin& bin, const Local
       if (!all.offset.isZero(0.0)) aside |= 1u << (p - first);
     }
     if (acting == 0) continue;
-    if constexpr (TensorBasis<Basis>) {
-      if (aside != 0)
-        give_side_functions<Dim>(basis, first, aside, [&](int lane) {
+    if constexpr (TensorBasis<Basis>)
+      if (aside != 0) {  // all lanes in order: bits do not depend on how many a pack has
+        give_side_functions<Dim>(basis, first, acting, [&](int lane) {
           const Vec<Dim> f = of_lane[lane].force;
           return std::pair(of_lane[lane].offset, [=](int i, const Vec<Dim>& N) {
             general::add_to_node(sums, nodes[i], node_vector<Dim>(f.cwiseProduct(N)));
           });
         });
-      acting &= ~aside;
-    }
-    if (acting != 0)
-      give_functions<Dim>(basis, first, acting, [&](int lane) {
-        return [=, f = node_vector<Dim>(of_lane[lane].force)](int i, double N) {
-          general::add_to_node(sums, nodes[i], N * f);
-        };
-      });
-    if (aside == 0 || TensorBasis<Basis>) continue;
+        continue;
+      }
+    give_functions<Dim>(basis, first, acting, [&](int lane) {
+      return [=, f = node_vector<Dim>(of_lane[lane].force)](int i, double N) {
+        general::add_to_node(sums, nodes[i], N * f);
+      };
+    });
+    if (aside == 0) continue;
     give_gradients<Dim>(basis, first, aside, [&](int lane) {
       return [=, c = of_lane[lane].couple()](int i, const double(&dN)[Dim]) {
         const Vec<Dim> of_node = c.cwiseProduct(Eigen::Map<const Vec<Dim>>(dN));
@@ -207,7 +207,7 @@ struct SidePush {
   SidePush(const Vec<Dim>& force, const ContactCouple<Dim>& couple) {
     constexpr double least = 0.9;  // n_axis^2
     const double all = couple.diagonal().maxCoeff(&axis), of_all = couple.trace();
-    if (!(all > least * of_all)) return;
+    if (!(all > least * of_all && all <= (1.0 + 1e-9) * of_all)) return;
     const Vec<Dim> n = couple.col(axis) / std::sqrt(all * of_all);  // or against it
     const double along = force.dot(n);
     if (along == 0.0) return;
@@ -234,23 +234,24 @@ template <int Dim, class Basis>
 void add_contact_couples(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, const Particles<Dim>& particles) {
   const auto rows = particles.template rows<contact_components<Dim>>(Column::contact_couple);
-  for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
-    const unsigned acting = not_zero(rows, first, bin.end);
-    if (acting == 0) continue;
-    double rest[lanes<Pack>];
-    std::fill_n(rest, lanes<Pack>, 1.0);
-    if constexpr (TensorBasis<Basis>)
-      for_each_bit(acting, [&](int lane) {
-        const Local p = first + lane;
-        const SidePush<Dim> side(contact_force<Dim>(particles, p), contact_couple<Dim>(rows, p));
+  const auto side_of = [&](Local p) {
+    return SidePush<Dim>(contact_force<Dim>(particles, p), contact_couple<Dim>(rows, p));
+  };
+  if constexpr (TensorBasis<Basis>)
+    for (Local first = bin.begin; first < bin.end; first += lanes<Pack>)
+      for_each_bit(not_zero(rows, first, bin.end), [&](int lane) {
+        const SidePush<Dim> side = side_of(first + lane);
         if (side.share == 0.0) return;
-        rest[lane] = 1.0 - side.share;
-        give_shift_to_side<Dim>(basis, p, side, [&](int i, double shift) {
+        give_shift_to_side<Dim>(basis, first + lane, side, [&](int i, double shift) {
           general::add_to_node(sums, nodes[i], node_vector<Dim>(shift * side.push));
         });
       });
+  for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
+    const unsigned acting = not_zero(rows, first, bin.end);
+    if (acting == 0) continue;
     give_gradients<Dim>(basis, first, acting, [&](int lane) {
-      const ContactCouple<Dim> C = rest[lane] * contact_couple<Dim>(rows, first + lane);
+      ContactCouple<Dim> C = contact_couple<Dim>(rows, first + lane);
+      if constexpr (TensorBasis<Basis>) C *= 1.0 - side_of(first + lane).share;
       std::array<NodeVector, Dim> column;
       for (int b = 0; b < Dim; ++b)
         column[static_cast<std::size_t>(b)] = node_vector<Dim>(C.col(b));

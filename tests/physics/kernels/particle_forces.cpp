@@ -24,9 +24,23 @@ struct OwnForces {
       if (random() % 3 == 0) f.setZero();
       if (random() % 2 == 0)
         for (double* row : rows) row[p] = uniform(random, -1, 1);
+      else if (random() % 2 == 0)
+        set_push(random, p);
     }
   }
   const Vec<Dim>& of(Local p) const { return force[static_cast<std::size_t>(p)]; }
+
+ private:
+  /// Of a body whose surface lies nearly along an axis.
+  void set_push(std::mt19937& random, Local p) {
+    Vec<Dim> n = 0.2 * random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
+    n[static_cast<int>(random() % Dim)] = random() % 2 == 0 ? 1 : -1;
+    n.normalize();
+    const double push = uniform(random, 0.5, 1), distance = uniform(random, 0, 0.3);
+    for (int d = 0; d < Dim; ++d) couples.row(Column::contact_force, d)[p] = push * n[d];
+    set_contact_couple<Dim>(couples.template rows<contact_components<Dim>>(Column::contact_couple),
+                            p, push * distance * n * n.transpose());
+  }
 };
 
 /// What the definitions say, one particle and one node after the other.
@@ -43,8 +57,32 @@ void add_one_by_one(const Basis& basis, const ParticleBin& bin, const Local* nod
     for (int i = 0; i < Basis::nodes; ++i)
       for (int d = 0; d < Dim; ++d) of_node(i)[d] += N[i][0] * own.of(p)[d];
   }
+  const auto side_of = [&](Local p) {
+    return SidePush<Dim>(contact_force<Dim>(own.couples, p), contact_couple<Dim>(rows, p));
+  };
+  if constexpr (TensorBasis<Basis>)
+    for (Local p = bin.begin; p < bin.end; ++p) {
+      const SidePush<Dim> side = side_of(p);
+      if (side.share == 0.0) continue;
+      Scalar w[Dim][axis_nodes], s[Dim];
+      basis.weights(p, w);
+      basis.place(p, s);
+      double W[axis_nodes];
+      for (int k = 0; k < axis_nodes; ++k) W[k] = w[side.axis][k][0];
+      side_weights(basis, side.axis, p, s[side.axis][0], side.offset[side.axis], W);
+      for (int i = 0; i < Basis::nodes; ++i) {
+        double N = 1.0, at_side = 1.0;
+        for (int d = 0; d < Dim; ++d) {
+          const int k = i >> (2 * d) & 3;
+          N *= w[d][k][0];
+          at_side *= d == side.axis ? W[k] : w[d][k][0];
+        }
+        for (int d = 0; d < Dim; ++d) of_node(i)[d] += (at_side - N) * side.push[d];
+      }
+    }
   for (Local p = bin.begin; p < bin.end; ++p) {
-    const auto C = contact_couple<Dim>(rows, p);
+    ContactCouple<Dim> C = contact_couple<Dim>(rows, p);
+    if constexpr (TensorBasis<Basis>) C *= 1.0 - side_of(p).share;
     Scalar dN[Dim][Basis::nodes];
     basis.gradients(p, dN);
     for (int i = 0; i < Basis::nodes; ++i)
