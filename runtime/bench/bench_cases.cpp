@@ -123,6 +123,22 @@ Model<Dim> lattice_block(const BlockSize& size) {
 }
 
 template <int Dim>
+Model<Dim> stacked_block(const BlockSize& size, int bodies) {
+  Model<Dim> model = lattice_block<Dim>(size);
+  model.analysis.scheme = Scheme::musl;
+  model.analysis.functions = ShapeFunctions::quadratic_spline;
+  model.analysis.contact = {.bodies = bodies, .friction = 0.3};
+  model.materials.push_back(model.materials[0]);
+  model.materials[1].body = bodies - 1;
+  const double middle =
+      static_cast<double>(margins(size).below) + 0.5 * static_cast<double>(size.cells);
+  ParticleTable<Dim>& particles = model.particles;
+  for (std::size_t p = 0; p < particles.x.size(); ++p)
+    particles.material[p] = particles.x[p][1] > middle ? 1 : 0;
+  return model;
+}
+
+template <int Dim>
 Model<Dim> element_block(const BlockSize& size, Element element) {
   constexpr double beside = 0.07;  // [m]
   Model<Dim> model = lattice_block<Dim>(size);
@@ -275,6 +291,7 @@ Model<2> bench_plate_isoparametric() {
 #define LAHAR_INSTANTIATE(Dim)                                       \
   template Vec<Dim> deformed<Dim>(const Vec<Dim>&, double);          \
   template Model<Dim> lattice_block<Dim>(const BlockSize&);          \
+  template Model<Dim> stacked_block<Dim>(const BlockSize&, int);     \
   template Model<Dim> collapse<Dim>();                               \
   template Model<Dim> element_block<Dim>(const BlockSize&, Element); \
   template Model<Dim> deformed_block<Dim>(const BlockSize&);

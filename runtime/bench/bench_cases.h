@@ -28,6 +28,11 @@ struct BlockSize {
 template <int Dim>
 Model<Dim> lattice_block(const BlockSize& size);
 
+/// Two halves of it, one on the other, that meet with friction or, `bodies` 1, are one body; MUSL
+/// and quadratic splines.
+template <int Dim>
+Model<Dim> stacked_block(const BlockSize& size, int bodies);
+
 /// The same in a mesh of other elements with nodes in a table; particles lie a little beside the
 /// lattice, so that none is on the edge of two triangles.
 template <int Dim>

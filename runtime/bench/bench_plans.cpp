@@ -217,6 +217,22 @@ BenchPlan two_phase(const std::string& size_name, const BlockSize& size) {
           .stages = true};
 }
 
+template <int Dim>
+BenchPlan contact(const std::string& size_name, const BlockSize& size) {
+  constexpr double goal = 1.25;
+  const auto job = [&](const char* name, int bodies) {
+    BenchJob one = lattice<Dim>(name, size, one_thread);
+    one.model = [size, bodies] { return AnyModel(stacked_block<Dim>(size, bodies)); };
+    return one;
+  };
+  return {.name = fmt::format("contact-{}-{}", Dim == 2 ? "q4" : "h8", size_name),
+          .title = fmt::format("Bodies in contact, {}, quadratic splines, MUSL, {} particles",
+                               Dim == 2 ? "Q4" : "H8", format_count(size.particles(Dim))),
+          .jobs = {job("two bodies", 2), job("one body", 1)},
+          .ratios = {{"two bodies / one body", 0, 1, goal}},
+          .stages = true};
+}
+
 BenchPlan graph_overhead(const std::string& name, const std::string& title, const BenchJob& graph,
                          const BenchJob& loop) {
   return {.name = name,
@@ -347,6 +363,8 @@ std::vector<BenchPlan> bench_plans(int threads) {
       projection("160k", {200}),
       two_phase<2>("100k", q4_100k),
       two_phase<3>("125k", h8_125k),
+      contact<2>("100k", q4_100k),
+      contact<3>("125k", h8_125k),
       graph_overhead("graph-plate", "Task graph against the serial loop, plate with a hole, USF",
                      plate("task graph", one_thread, "usf"), plate("serial loop", serial, "usf")),
       graph_overhead("graph-h8-125k", "Task graph against the serial loop, H8, 125,000 particles",
