@@ -179,3 +179,15 @@ TEST_CASE("displacements that begin anew on springs or absorbing boundaries are 
         std::string::npos);
   CHECK(said(springs + ", " + absorbing, R"("strain")").find(lost) == std::string::npos);
 }
+
+TEST_CASE("affine velocities with domains of particles are warned of, and are no default there") {
+  const auto with = [](const std::string& functions, const std::string& update) {
+    return Case{.analysis = fmt::format(R"(, "shape_functions": "{}"{})", functions, update)};
+  };
+  for (const char* functions : {"gimp", "uniform_gimp", "cpdi", "cpdi2"}) {
+    CAPTURE(functions);
+    check_warns(with(functions, R"(, "velocity_update": "apic")"), "affine velocities with");
+    CHECK(warnings_of(with(functions, "")) == "");
+  }
+  CHECK(warnings_of(with("quadratic_spline", R"(, "velocity_update": "apic")")) == "");
+}
