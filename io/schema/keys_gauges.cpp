@@ -179,9 +179,9 @@ const Section& maps_section() {
           "Rasters in plan of the whole run, in maps/ of the run folder, as ESRI ASCII grids and, "
           "where GDAL is there, as GeoTIFF with the coordinates of the map. thickness at the end "
           "and max_thickness: volume over area. max_speed: of the mean velocity, by volume, of "
-          "what "
-          "lies over a raster cell. max_pressure: of a particle. arrival_time: when the thickness "
-          "first was above `threshold`. Maxima are those of the rows of gauges.",
+          "what lies "
+          "over a raster cell. max_pressure: of a particle. arrival_time: when the thickness first "
+          "was above `threshold`. Maxima are those of the rows of gauges.",
       .keys = {
           {.key = "cell_size",
            .kinds = number,

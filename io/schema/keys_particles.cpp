@@ -265,8 +265,8 @@ const Section& traction_section() {
           "particle's face at the beginning, and stays; rings grow with their radius. The face is "
           "across the axis along which the particles of the set are one layer, or nearly: of those "
           "behind each other there, as in slopes, the one at the surface has the load. It acts on "
-          "the side where a particle has no neighbour, if it has one on the other side; with "
-          "splines at the centre. With analysis.preset \"cbgeo\" it acts at the "
+          "the side where a particle has no neighbour, if it has one on the other side. With "
+          "analysis.preset \"cbgeo\" it acts at the "
           "centre, and the area is volume / size, where size is the initial volume to the power "
           "1/dim. The last traction for a particle and direction wins.",
       .keys = {

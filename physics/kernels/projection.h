@@ -96,7 +96,10 @@ template <int Dim>
 Vec<Dim> pore_gradient_at_rest(const StepContext<Dim>& step);
 
 /// Axes along which nodes are held, by local node, a bit for each: nothing flows through there.
-/// With a liquid in pores those along which it is.
+/// With a liquid in pores those along which it is. One bit more, held_askew, is of walls that lie
+/// along no axis.
+template <int Dim>
+inline constexpr unsigned held_askew = 1u << Dim;
 template <int Dim>
 std::vector<std::uint8_t> held_axes(const Patch<Dim>& patch, bool two_phase);
 

@@ -22,20 +22,19 @@ namespace lahar {
 template <int Dim>
 std::vector<std::uint8_t> held_axes(const Patch<Dim>& patch, bool two_phase) {
   std::vector<std::uint8_t> axes(static_cast<std::size_t>(patch.n_nodes()), 0);
-  const auto hold = [&](Local node, int d) {
+  const auto hold = [&](Local node, unsigned bit) {
     auto& of_node = axes[static_cast<std::size_t>(node)];
-    of_node = static_cast<std::uint8_t>(of_node | 1u << d);
+    of_node = static_cast<std::uint8_t>(of_node | bit);
   };
   for (const auto& fixed : two_phase ? patch.fixed_liquid : patch.fixed)
-    hold(fixed.node, fixed.dir);
+    hold(fixed.node, 1u << fixed.dir);
   if (two_phase) return axes;
   for (const ConstrainedNode<Dim>& wall : patch.walls)
     for (int k = 0; k < Dim; ++k) {
       const auto local = static_cast<std::size_t>(k);
       const auto axis = global_axis(wall, k);
       if (!wall.fixed[local] && wall.pushes[local] == 0) continue;
-      for (int d = 0; d < Dim; ++d)  // what lies askew holds along all axes
-        if (!axis || axis->dir == d) hold(wall.node, d);
+      hold(wall.node, axis ? 1u << axis->dir : held_askew<Dim>);
     }
   return axes;
 }
@@ -408,7 +407,9 @@ void close_pressure_system(Patch<Dim>& patch, const StepContext<Dim>& step) {
                   if (at_surface && !axes.empty() && axes[node] != 0)
                     at_surface = !is_behind_wall(mesh, patch.topology.nodes[node] % mesh.n_nodes(),
                                                  static_cast<unsigned>(sum[3]), axes[node]);
-                  if (!axes.empty() && (nodes.ends[node] & ~axes[node]) != 0) at_surface = true;
+                  if (!axes.empty() && (axes[node] & held_askew<Dim>) == 0 &&
+                      (nodes.ends[node] & ~axes[node]) != 0)
+                    at_surface = true;
                   if (sum[1] > 0 && !at_surface) system.held[node] = 0;
                 });
   for (const auto& fixed : patch.fixed_pressure)

@@ -39,8 +39,9 @@ void prescribe(Patch<Dim>& patch, const StepContext<Dim>& step) {
   add_change(-dt);
 }
 
-/// prescribe() after the last order, of which particles take their share: what it gives to nodes
-/// comes from what holds them. Before it nodes have the momentum of `unfiltered`, all together.
+/// prescribe() after the last order. Particles take a share of the velocities of this order. What
+/// prescribe() adds to them is a force on what holds the nodes. Without it, all nodes together have
+/// the momentum of unfiltered().
 template <int Dim>
 void prescribe_last(Patch<Dim>& patch, const StepContext<Dim>& step) {
   const VelocityTransfer& transfer = step.model->analysis.transfer;

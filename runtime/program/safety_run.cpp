@@ -98,8 +98,8 @@ std::vector<double> gravity_of(const AnyModel& any) {
 }
 
 /// Steps until it is known what comes of the trial. A body that fails moves on and on: twice as far
-/// in twice the time, or further. One that consolidates moves with the root of time. In one that
-/// rests single particles may tremble between nodes, which is no force.
+/// in twice the time, or further. One that consolidates moves with the root of time. One that rests
+/// may have single particles that tremble; nodes do not feel them.
 void follow(Simulation& simulation, const FailureBounds& bounds, bool has_pores,
             const Communicator& ranks, SafetyTrial& trial) {
   using End = SafetyTrial::End;

@@ -44,8 +44,8 @@ class Counted {
     return !gauge_.of_set ||
            std::binary_search(gauge_.ids.begin(), gauge_.ids.end(), particles_.id[slot]);
   }
-  /// Of the liquid in a particle's pores [kg]; 0 without one. Not inlined, so that its bits do not
-  /// depend on what is done beside it.
+  /// Mass of the liquid in a particle's pores [kg]; 0 without a liquid. It is not inlined: its bits
+  /// must not depend on the code around it.
   [[gnu::noinline]] double liquid_mass(Local p) const {
     const auto& liquid = model_.materials[particles_.material[static_cast<std::size_t>(p)]].liquid;
     if (!liquid) return 0;

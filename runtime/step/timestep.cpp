@@ -7,8 +7,8 @@ namespace lahar {
 NodeSumCopies node_sum_copies(const Analysis& analysis) {
   // With one exchange per step nothing else keeps a patch from overtaking its neighbours' reading.
   const int copies = analysis.scheme == Scheme::usl || analysis.scheme == Scheme::newmark ? 2 : 1;
-  // Rounds of a solver have one exchange as well.
   const bool meets = analysis.contact.bodies > 1;
+  // Rounds of a solver have one exchange as well.
   const int solver = begins_with_solve(analysis) ? 2 : 0;
   const bool more = maps_velocities_again(analysis) || analysis.pressure_smoothing;
   // Gradients, waves and prescribed velocities are read before the phase in which the next ones are

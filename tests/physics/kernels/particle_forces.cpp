@@ -31,7 +31,7 @@ struct OwnForces {
   const Vec<Dim>& of(Local p) const { return force[static_cast<std::size_t>(p)]; }
 
  private:
-  /// Of a body whose surface lies nearly along an axis.
+  /// The push of a body whose normal is nearly an axis.
   void set_push(std::mt19937& random, Local p) {
     Vec<Dim> n = 0.2 * random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
     n[static_cast<int>(random() % Dim)] = random() % 2 == 0 ? 1 : -1;

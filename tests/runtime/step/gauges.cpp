@@ -235,7 +235,7 @@ TEST_CASE("gauges of saturated soil have the sums of grains and water") {
   };
   Simulation simulation(model, flow(2), observer);
   const GaugeRows first = simulation.gauges();
-  // 1.5 m x 1.5 m of soil with 0.4 of pores, of which nothing is beyond x = 2 m.
+  // 1.5 m x 1.5 m of soil; pores are 0.4 of it. Nothing of it is beyond x = 2 m.
   const double whole = 1.5 * 1.5 * (0.6 * 2650 + 0.4 * 1000);
   CHECK(first.values[0][1] == doctest::Approx(whole).epsilon(1e-12));
   CHECK(first.values[1][0] == 0);

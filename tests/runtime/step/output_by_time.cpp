@@ -111,7 +111,7 @@ TEST_CASE("adaptive steps end at the times of gauges exactly, alone and beside o
     observer.gauges = [&](const GaugeRows& row) { rows.push_back(row.time); };
     Simulation simulation(model, flow(2), observer);
     simulation.run();
-    // The end is no multiple: its row is asked for, as the program does.
+    // The end is not a multiple. The program asks for its row, and so does this test.
     rows.push_back(simulation.gauges().time);
     check_times(rows, 0.025, 0.32);
   }

@@ -68,7 +68,7 @@ Frame pressed(const std::string& plane) {
 
 TEST_CASE("strains across the plane are in frames, and in what follows from strains") {
   const double nu = 0.3, e = std::log(0.99);
-  const double sheet = -nu / (1 - nu) * e;  // so that there is no stress across it
+  const double sheet = -nu / (1 - nu) * e;  // no stress acts across the sheet
   const auto check = [&](const std::string& plane, double across) {
     CAPTURE(plane);
     const Frame frame = pressed(plane);
