@@ -125,6 +125,29 @@ class Neighbours {
 };
 
 template <int Dim>
+Loaded<Dim> loaded_at(const Vec<Dim>& x, const Vec<Dim>& edges) {
+  Loaded<Dim> one;
+  std::copy_n(x.data(), Dim, one.x.begin());
+  std::copy_n(edges.data(), Dim, one.edges.begin());
+  return one;
+}
+
+/// Those of all members of a team.
+template <int Dim>
+struct AllLoaded {
+  std::vector<Loaded<Dim>> all;
+  std::size_t first = 0;  ///< of this member's
+};
+template <int Dim>
+AllLoaded<Dim> gather_loaded(const Team& team, const std::vector<Loaded<Dim>>& own) {
+  const auto shares = team.gather(own);
+  AllLoaded<Dim> found{.all = joined(shares)};
+  for (int member = 0; member < team.index(); ++member)
+    found.first += shares[static_cast<std::size_t>(member)].size();
+  return found;
+}
+
+template <int Dim>
 bool have_equal_edges(const std::vector<Loaded<Dim>>& loaded) {
   constexpr double rounding = 1e-9;  // of an edge
   return std::all_of(loaded.begin(), loaded.end(), [&](const Loaded<Dim>& one) {
@@ -243,14 +266,9 @@ HiddenLoads ScenarioBuilder<Dim>::leave_hidden(ParticleTraction& traction) {
   if (traction.all || !of_boxes_ || team_.any(!mesh_->is_structured())) return {};
   const auto& p = model_.particles;
   std::vector<Loaded<Dim>> own;
-  for (const Index id : traction.particles) {
-    const auto i = static_cast<std::size_t>(rows_.local(id));
-    Loaded<Dim>& one = own.emplace_back();
-    std::copy_n(p.x[i].data(), Dim, one.x.begin());
-    std::copy_n(edges_of(id).data(), Dim, one.edges.begin());
-  }
-  const auto shares = team_.gather(own);
-  const std::vector<Loaded<Dim>> loaded = joined(shares);
+  for (const Index id : traction.particles)
+    own.push_back(loaded_at(p.x[static_cast<std::size_t>(rows_.local(id))], edges_of(id)));
+  const auto [loaded, first] = gather_loaded(team_, own);
   if (!have_equal_edges(loaded)) return {};  // they are in no common rows
   Neighbours<Dim> neighbours(loaded, traction.axis);
   for (const Vec<Dim>& x : p.x) neighbours.look(x);
@@ -264,9 +282,6 @@ HiddenLoads ScenarioBuilder<Dim>::leave_hidden(ParticleTraction& traction) {
       area *= static_cast<int>(d) == traction.axis ? 1.0 : loaded[i].edges[d];
     found.area += found.is_hidden[i] ? 0.0 : area;
   }
-  std::size_t first = 0;  // of this member's
-  for (int member = 0; member < team_.index(); ++member)
-    first += shares[static_cast<std::size_t>(member)].size();
   std::vector<Index> kept;
   for (std::size_t i = 0; i < own.size(); ++i)
     if (!found.is_hidden[first + i]) kept.push_back(traction.particles[i]);
@@ -297,18 +312,11 @@ void ScenarioBuilder<Dim>::place_tractions() {
     const ParticleTraction& traction = model_.tractions[t];
     std::vector<Loaded<Dim>> own;
     if (!traction.all)
-      for (const Index id : traction.particles) {
-        const auto i = static_cast<std::size_t>(rows_.local(id));
-        Loaded<Dim>& one = own.emplace_back();
-        std::copy_n(p.x[i].data(), Dim, one.x.begin());
-        std::copy_n(edges_of(id).data(), Dim, one.edges.begin());
-      }
-    const auto shares = team_.gather(own);
-    if (joined(shares).empty()) continue;
-    std::size_t first = 0;  // of this member's
-    for (int member = 0; member < team_.index(); ++member)
-      first += shares[static_cast<std::size_t>(member)].size();
-    Neighbours<Dim> neighbours(joined(shares), traction.dir);
+      for (const Index id : traction.particles)
+        own.push_back(loaded_at(p.x[static_cast<std::size_t>(rows_.local(id))], edges_of(id)));
+    const auto [loaded, first] = gather_loaded(team_, own);
+    if (loaded.empty()) continue;
+    Neighbours<Dim> neighbours(loaded, traction.dir);
     for (const Vec<Dim>& x : p.x) neighbours.look(x);
     const std::vector<double> sides = team_.most(neighbours.sides());
     const auto side_of = [&](std::size_t i) {
