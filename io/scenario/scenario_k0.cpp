@@ -127,8 +127,7 @@ void ScenarioBuilder<Dim>::build_k0() {
     const Material& material = model_.materials[p.material[i]];
     const double volume = p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
     double mass = volume * material.density;
-    if (material.liquid)
-      mass += Pores(*material.liquid).liquid_mass(Scalar(mass), Scalar(volume))[0];
+    mass += liquid_mass_of(material.liquid, mass, volume);
     pieces[i] = {p.x[i], volume, g * mass};
   }
   const Overburden<Dim> above(lattice, pieces, team_);

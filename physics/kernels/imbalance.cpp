@@ -72,8 +72,7 @@ double loads_on(const Patch<Dim>& patch, const StepContext<Dim>& step) {
   for (const ParticleBin& bin : patch.bins) {
     const auto& liquid = step.model->materials[bin.material].liquid;
     for (Local p = bin.begin; p < bin.end; ++p) {
-      double all = mass[p];
-      if (liquid) all += Pores(*liquid).liquid_mass(Scalar(mass[p]), Scalar(volume[p]))[0];
+      const double all = mass[p] + liquid_mass_of(liquid, mass[p], volume[p]);
       sum += all * gravity.norm();
       if (has_particle_forces(patch, bin, *step.model))
         sum += applied_force_on(particles, p, step).force.norm();

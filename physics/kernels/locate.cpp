@@ -277,9 +277,8 @@ void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i,
   removed.id = movers.id[static_cast<std::size_t>(i)];
   removed.mass = movers.row(Column::mass)[i];
   removed.material = movers.material[static_cast<std::size_t>(i)];
-  if (const auto& liquid = step.model->materials[static_cast<std::size_t>(removed.material)].liquid)
-    removed.liquid_mass =
-        Pores(*liquid).liquid_mass(Scalar(removed.mass), Scalar(movers.row(Column::volume)[i]))[0];
+  const auto& liquid = step.model->materials[static_cast<std::size_t>(removed.material)].liquid;
+  removed.liquid_mass = liquid_mass_of(liquid, removed.mass, movers.row(Column::volume)[i]);
   for (int d = 0; d < Dim; ++d) {
     removed.position[static_cast<std::size_t>(d)] = movers.row(Column::x, d)[i];
     removed.velocity[static_cast<std::size_t>(d)] = movers.row(Column::v, d)[i];

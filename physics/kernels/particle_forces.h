@@ -234,24 +234,19 @@ template <int Dim, class Basis>
 void add_contact_couples(const Basis& basis, const ParticleBin& bin, const Local* nodes,
                          double* sums, const Particles<Dim>& particles) {
   const auto rows = particles.template rows<contact_components<Dim>>(Column::contact_couple);
-  const auto side_of = [&](Local p) {
-    return SidePush<Dim>(contact_force<Dim>(particles, p), contact_couple<Dim>(rows, p));
-  };
-  if constexpr (TensorBasis<Basis>)
-    for (Local first = bin.begin; first < bin.end; first += lanes<Pack>)
-      for_each_bit(not_zero(rows, first, bin.end), [&](int lane) {
-        const SidePush<Dim> side = side_of(first + lane);
-        if (side.share == 0.0) return;
-        give_shift_to_side<Dim>(basis, first + lane, side, [&](int i, double shift) {
-          general::add_to_node(sums, nodes[i], node_vector<Dim>(shift * side.push));
-        });
-      });
   for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
     const unsigned acting = not_zero(rows, first, bin.end);
     if (acting == 0) continue;
     give_gradients<Dim>(basis, first, acting, [&](int lane) {
-      ContactCouple<Dim> C = contact_couple<Dim>(rows, first + lane);
-      if constexpr (TensorBasis<Basis>) C *= 1.0 - side_of(first + lane).share;
+      const Local p = first + lane;
+      ContactCouple<Dim> C = contact_couple<Dim>(rows, p);
+      if constexpr (TensorBasis<Basis>)
+        if (const SidePush<Dim> side(contact_force<Dim>(particles, p), C); side.share > 0.0) {
+          C *= 1.0 - side.share;
+          give_shift_to_side<Dim>(basis, p, side, [&](int i, double shift) {
+            general::add_to_node(sums, nodes[i], node_vector<Dim>(shift * side.push));
+          });
+        }
       std::array<NodeVector, Dim> column;
       for (int b = 0; b < Dim; ++b)
         column[static_cast<std::size_t>(b)] = node_vector<Dim>(C.col(b));
@@ -298,21 +293,23 @@ void add_work_of_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
           Vec<Dim> at_centre, at_side;
           for (int d = 0; d < Dim; ++d) at_centre[d] = sum[0][d][0] - half * sum[1][d][0];
           at_side = at_centre;
-          if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) {
-            if (aside) at_side.setZero();
-            give_side_functions<Dim>(basis, p, aside ? 1u : 0u, [&](int) {
-              return std::pair(all.offset, [&](int i, const Vec<Dim>& N) {
-                const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
-                for (int d = 0; d < Dim; ++d)
-                  at_side[d] += N[d] * (fields[0][at + d] - half * fields[1][at + d]);
+          if (aside) {
+            if constexpr (TensorBasis<std::decay_t<decltype(basis)>>) {
+              at_side.setZero();
+              give_side_functions<Dim>(basis, p, 1u, [&](int) {
+                return std::pair(all.offset, [&](int i, const Vec<Dim>& N) {
+                  const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
+                  for (int d = 0; d < Dim; ++d)
+                    at_side[d] += N[d] * (fields[0][at + d] - half * fields[1][at + d]);
+                });
               });
-            });
-          } else if (aside) {
-            Scalar L[2][Dim][Dim];
-            for (int k = 0; k < 2; ++k)
-              general::gradient<Dim, Scalar>(basis, p, fields[k], nodes, L[k]);
-            for (int d = 0; d < Dim; ++d)
-              at_side[d] += all.offset[d] * (L[0][d][d][0] - half * L[1][d][d][0]);
+            } else {
+              Scalar L[2][Dim][Dim];
+              for (int k = 0; k < 2; ++k)
+                general::gradient<Dim, Scalar>(basis, p, fields[k], nodes, L[k]);
+              for (int d = 0; d < Dim; ++d)
+                at_side[d] += all.offset[d] * (L[0][d][d][0] - half * L[1][d][d][0]);
+            }
           }
           const Vec<Dim> moves = part == WorkPart::sides ? at_side - at_centre : at_side;
           patch.work.external += step.dt * all.force.dot(moves);

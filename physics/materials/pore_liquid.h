@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "physics/base/simd.h"
 
@@ -66,6 +67,11 @@ class Pores {
   PoreLiquid liquid_;
   double initial_permeability_, initial_ratio_;
 };
+
+/// Mass of the liquid in the pores of one particle [kg]; 0 without a liquid.
+inline double liquid_mass_of(const std::optional<PoreLiquid>& liquid, double m, double V) {
+  return liquid ? Pores(*liquid).liquid_mass(Scalar(m), Scalar(V))[0] : 0.0;
+}
 
 /// Square of the speed of the fastest wave [m^2/s^2], without drag, which only ties the phases
 /// together: of the skeleton's wave modulus M [Pa] and the volume per mass of the grains [m^3/kg].

@@ -188,8 +188,7 @@ std::vector<ParticleCount> sum_up(const std::vector<ParticleTally>& own, std::si
 template <int Dim>
 double total_mass(const Particles<Dim>& particles, Local p, const Material& material) {
   const double mass = particles.row(Column::mass)[p], volume = particles.row(Column::volume)[p];
-  if (!material.liquid) return mass;
-  return mass + Pores(*material.liquid).liquid_mass(Scalar(mass), Scalar(volume))[0];
+  return mass + liquid_mass_of(material.liquid, mass, volume);
 }
 
 template <int Dim>

@@ -48,9 +48,8 @@ class Counted {
   /// must not depend on the code around it.
   [[gnu::noinline]] double liquid_mass(Local p) const {
     const auto& liquid = model_.materials[particles_.material[static_cast<std::size_t>(p)]].liquid;
-    if (!liquid) return 0;
-    return Pores(*liquid).liquid_mass(Scalar(particles_.row(Column::mass)[p]),
-                                      Scalar(particles_.row(Column::volume)[p]))[0];
+    return liquid_mass_of(liquid, particles_.row(Column::mass)[p],
+                          particles_.row(Column::volume)[p]);
   }
   double x(int d, Local p) const { return x_[static_cast<std::size_t>(d)][p]; }
   /// Distance from the gauge's origin along its direction [m].

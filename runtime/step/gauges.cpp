@@ -409,9 +409,7 @@ void Gauges<Dim>::add_injected(const Patch<Dim>& patch, std::span<const Index> e
       std::copy_n(x.data(), Dim, one.position.begin());
       const double volume = at->volume * depth_at(model_.analysis, x[0]);
       const double mass = volume * material.density;
-      double liquid = 0;
-      if (material.liquid)
-        liquid = Pores(*material.liquid).liquid_mass(Scalar(mass), Scalar(volume))[0];
+      const double liquid = liquid_mass_of(material.liquid, mass, volume);
       for (const auto& open : gauges_)
         if (open.gauge->kind == Kind::plane && has_passed(*open.gauge, one, model_))
           for (const double part : {mass, liquid}) beyond[open.number] += part;

@@ -57,19 +57,18 @@ void add_one_by_one(const Basis& basis, const ParticleBin& bin, const Local* nod
     for (int i = 0; i < Basis::nodes; ++i)
       for (int d = 0; d < Dim; ++d) of_node(i)[d] += N[i][0] * own.of(p)[d];
   }
-  const auto side_of = [&](Local p) {
-    return SidePush<Dim>(contact_force<Dim>(own.couples, p), contact_couple<Dim>(rows, p));
-  };
-  if constexpr (TensorBasis<Basis>)
-    for (Local p = bin.begin; p < bin.end; ++p) {
-      const SidePush<Dim> side = side_of(p);
-      if (side.share == 0.0) continue;
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    ContactCouple<Dim> C = contact_couple<Dim>(rows, p);
+    if constexpr (TensorBasis<Basis>) {
+      const SidePush<Dim> side(contact_force<Dim>(own.couples, p), C);
+      C *= 1.0 - side.share;
       Scalar w[Dim][axis_nodes], s[Dim];
       basis.weights(p, w);
       basis.place(p, s);
       double W[axis_nodes];
       for (int k = 0; k < axis_nodes; ++k) W[k] = w[side.axis][k][0];
-      side_weights(basis, side.axis, p, s[side.axis][0], side.offset[side.axis], W);
+      if (side.share > 0.0)
+        side_weights(basis, side.axis, p, s[side.axis][0], side.offset[side.axis], W);
       for (int i = 0; i < Basis::nodes; ++i) {
         double N = 1.0, at_side = 1.0;
         for (int d = 0; d < Dim; ++d) {
@@ -80,9 +79,6 @@ void add_one_by_one(const Basis& basis, const ParticleBin& bin, const Local* nod
         for (int d = 0; d < Dim; ++d) of_node(i)[d] += (at_side - N) * side.push[d];
       }
     }
-  for (Local p = bin.begin; p < bin.end; ++p) {
-    ContactCouple<Dim> C = contact_couple<Dim>(rows, p);
-    if constexpr (TensorBasis<Basis>) C *= 1.0 - side_of(p).share;
     Scalar dN[Dim][Basis::nodes];
     basis.gradients(p, dN);
     for (int i = 0; i < Basis::nodes; ++i)

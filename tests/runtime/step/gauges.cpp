@@ -69,6 +69,29 @@ double hat(const double* x, const std::array<double, 3>& place, double radius, i
   return weight;
 }
 
+/// As run_gauged(), of a run that stops after some steps and goes on from its state elsewhere.
+template <int Dim>
+Gauged run_gauged_in_two(const Model<Dim>& model, Index steps) {
+  Gauged found;
+  std::vector<GaugeTable> tables;
+  Observer observer;
+  observer.gauges = [&](const GaugeRows& rows) { found.rows += text_of(tables, rows); };
+  Simulation first(model, serial(), observer);
+  tables = first.gauge_tables();
+  found.rows = text_of(tables, first.gauges());
+  first.advance(steps);
+  const StoredState middle(first.state());
+  // What the header of a checkpoint keeps of it.
+  CheckpointHeader header;
+  header.run = middle.run;
+  SimulationState again = middle.view();
+  again.run = read_header(header_text(header)).run;
+  Simulation second(model, flow(2), observer, again);
+  second.run();
+  found.maps = second.maps();
+  return found;
+}
+
 }  // namespace
 
 TEST_CASE("gauges at places are means of the particles in frames, bit for bit") {
@@ -288,17 +311,7 @@ TEST_CASE("rows of planes with injection do not depend on how a run is executed,
     CAPTURE(describe(way));
     CHECK(run_gauged(model, way) == reference);
   }
-  Gauged found;
-  std::vector<GaugeTable> tables;
-  Observer observer;
-  observer.gauges = [&](const GaugeRows& rows) { found.rows += text_of(tables, rows); };
-  Simulation first(model, serial(), observer);
-  tables = first.gauge_tables();
-  found.rows = text_of(tables, first.gauges());
-  first.advance(53);  // between two rows
-  const StoredState middle(first.state());
-  Simulation second(model, flow(2), observer, middle.view());
-  second.run();
+  const Gauged found = run_gauged_in_two(model, 53);  // between two rows
   CHECK(found.rows == reference.rows);
 }
 
@@ -392,23 +405,8 @@ TEST_CASE("rows of gauges and maps do not depend on how a run is executed") {
 TEST_CASE("gauges and maps go on from a state as if nothing had come between") {
   const Model<3> model = gauged();
   const Gauged reference = run_gauged(model, serial());
-  Gauged found;
-  std::vector<GaugeTable> tables;
-  Observer observer;
-  observer.gauges = [&](const GaugeRows& rows) { found.rows += text_of(tables, rows); };
-  Simulation first(model, serial(), observer);
-  tables = first.gauge_tables();
-  found.rows = text_of(tables, first.gauges());
-  first.advance(153);  // between two rows; some particles have left
-  const StoredState middle(first.state());
-  // What the header of a checkpoint keeps of it.
-  CheckpointHeader header;
-  header.run = middle.run;
-  SimulationState again = middle.view();
-  again.run = read_header(header_text(header)).run;
-  Simulation second(model, flow(2), observer, again);
-  second.run();
-  found.maps = second.maps();
+  // Between two rows; some particles have left.
+  const Gauged found = run_gauged_in_two(model, 153);
   CHECK(found == reference);
 }
 
