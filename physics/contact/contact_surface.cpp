@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/base/simd.h"
+#include "physics/particles/node_sums.h"
 
 namespace lahar {
 
@@ -34,7 +35,8 @@ class HalfEdges {
     per_volume_ = 1.0 / cell_volume;
   }
 
-  bool are_along_axes() const { return kind_ == Column::domain || kind_ == Column::volume; }
+  /// Whether the ellipsoid is a ball.
+  bool are_alike() const { return kind_ == Column::volume && edge_.maxCoeff() == edge_.minCoeff(); }
 
   Matrix at(Local p) const {
     Matrix r = Matrix::Zero();
@@ -78,6 +80,16 @@ std::span<const Local> nodes_of(const Patch<Dim>& patch, Local cell) {
   return patch.topology.corner_nodes[c];
 }
 
+/// The body that a cell is of, and the first of its nodes.
+template <int Dim>
+int body_of(const Patch<Dim>& patch, Local cell) {
+  return cell / static_cast<Local>(patch.topology.cells.size() / patch.bodies());
+}
+template <int Dim>
+Local first_node_of(const Patch<Dim>& patch, int body) {
+  return body * patch.body_nodes;
+}
+
 /// The least length of the sum of two normals of which their mean is one.
 constexpr double least_sum_of_normals = 0.1;
 
@@ -89,52 +101,78 @@ constexpr double near_cells = 0.6;
 }  // namespace
 
 template <int Dim>
-SurfaceDirections<Dim> surface_directions(const Patch<Dim>& patch, Local node) {
-  SurfaceDirections<Dim> all;
-  const auto add = [&](const SurfaceDirection<Dim>& direction) {
-    if (all.count < node_width) all.of[static_cast<std::size_t>(all.count++)] = direction;
-  };
-  const auto bodies = static_cast<int>(patch.bodies());
-  for (int b = 0; b < bodies; ++b) {
-    const auto at = static_cast<std::ptrdiff_t>(node + b * patch.body_nodes) * node_width;
-    const Vec<Dim> n = Eigen::Map<const Vec<Dim>>(patch.gradient.data() + at);
-    if (!n.isZero(0.0)) add({n, b, -1});
+void find_nodes_between(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  std::vector<int>& between = patch.contact.between;
+  auto& nodes = patch.contact.nodes_between;
+  between.assign(static_cast<std::size_t>(patch.body_nodes), 0);  // bodies that have mass there
+  Local first = 0;                                                // of the nodes of a body
+  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::mass_momentum, step.step),
+                [&](Local i, const NodeVector&, const NodeVector& sum) {
+                  while (i >= first + patch.body_nodes) first += patch.body_nodes;
+                  between[static_cast<std::size_t>(i - first)] += sum[mass_lane] > patch.least_mass;
+                });
+  nodes.clear();
+  for (std::size_t i = 0; i < between.size(); ++i) {
+    const bool several = between[i] > 1;
+    between[i] = several ? static_cast<int>(nodes.size()) : -1;
+    if (several) nodes.push_back({static_cast<Local>(i), {}});
   }
+}
+
+template <int Dim>
+bool has_nodes_between(const Patch<Dim>& patch, Local cell) {
+  if (patch.contact.nodes_between.empty()) return false;
+  const int* between = patch.contact.between.data() - first_node_of(patch, body_of(patch, cell));
+  const auto nodes = nodes_of(patch, cell);
+  return std::any_of(nodes.begin(), nodes.end(), [&](Local f) { return between[f] >= 0; });
+}
+
+namespace {
+
+/// Add what the normals of bodies make two at a time.
+template <int Dim>
+void add_means(SurfaceDirections<Dim>& all) {
   const int own = all.count;
   for (int a = 0; a < own; ++a)
     for (int b = a + 1; b < own; ++b) {
-      const SurfaceDirection<Dim> of_a = all.of[static_cast<std::size_t>(a)],
-                                  of_b = all.of[static_cast<std::size_t>(b)];
-      const Vec<Dim> sum = of_a.normal - of_b.normal;
+      const Vec<Dim> sum = all.at(a) - all.at(b);
       const double length = sum.norm();
       if (!(length > least_sum_of_normals)) continue;
-      add({sum / length, of_a.from, of_b.from});
+      const int of_a = all.from[static_cast<std::size_t>(a)],
+                of_b = all.from[static_cast<std::size_t>(b)];
+      all.add(sum / length, of_a, of_b);
       int axis = 0;
       for (int d = 1; d < Dim; ++d)
         if (std::abs(sum[d]) > std::abs(sum[axis])) axis = d;
       Vec<Dim> along = Vec<Dim>::Zero();
       along[axis] = sum[axis] > 0.0 ? 1.0 : -1.0;
-      add({along, of_a.from, of_b.from});
+      all.add(along, of_a, of_b);
     }
-  return all;
 }
 
+}  // namespace
+
 template <int Dim>
-void set_normals(Patch<Dim>& patch) {
-  patch.contact.between_bodies.resize(static_cast<std::size_t>(patch.body_nodes), 0);
-  for (const NodeRange& range : patch.active_nodes)
-    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
-      int surfaces = 0;
-      for (Local f = i; f < patch.n_nodes(); f += patch.body_nodes) {
-        Eigen::Map<Vec<Dim>> gradient(patch.gradient.data() +
-                                      static_cast<std::ptrdiff_t>(f) * node_width);
-        const double length = gradient.norm();
-        if (!(length > 0.0)) continue;
-        gradient /= length;
-        ++surfaces;
-      }
-      patch.contact.between_bodies[static_cast<std::size_t>(i)] = surfaces > 1;
+void set_directions(Patch<Dim>& patch, const StepContext<Dim>& step) {
+  const SumOverPatches<Dim> sums(patch, NodeSum::gradient, step.step);
+  double *near = patch.own_sums(NodeSum::surface, step.step),
+         *around = patch.own_sums(NodeSum::surface_around, step.step);
+  for (auto& [node, directions] : patch.contact.nodes_between) {
+    int body = 0;
+    for (Local f = node; f < patch.n_nodes(); f += patch.body_nodes, ++body) {
+      double sum[node_width];
+      store(sums.at(f), sum);
+      const Vec<Dim> gradient = Eigen::Map<const Vec<Dim>>(sum);
+      if (const double length = gradient.norm(); length > 0.0)
+        directions.add(gradient / length, body, -1);
+      store(NodeVector(0.0), near + static_cast<std::ptrdiff_t>(f) * sum_stride);
+      store(NodeVector(0.0), around + static_cast<std::ptrdiff_t>(f) * sum_stride);
     }
+    if (directions.count > 1)
+      add_means(directions);
+    else
+      directions.count = 0;
+  }
 }
 
 template <int Dim>
@@ -145,152 +183,130 @@ double surface_offset(const Model<Dim>& model) {
 
 namespace {
 
-/// The directions of a patch's nodes, each found once for many cells.
+/// Two nodes, a lane for each of their directions.
+using TwoNodes = SumLine;
+
+TwoNodes both(const NodeVector& a, const NodeVector& b) {
+  return TwoNodes::of(__builtin_shufflevector(a.v, b.v, 0, 1, 2, 3, 4, 5, 6, 7));
+}
+
+/// A node of a cell, as its particles see it, and where its sums are. There is a lane for each of
+/// its directions.
 template <int Dim>
-class DirectionsOfNodes {
- public:
-  void begin(const Patch<Dim>& patch) {
-    patch_ = &patch;
-    found_.clear();
-    number_.assign(static_cast<std::size_t>(patch.body_nodes), -1);
+struct SurfacePlace {
+  const double* x;        ///< [m]
+  double *near, *around;  ///< where the body ends along the directions
+  const SurfaceDirections<Dim>* directions;
+  NodeVector sign;  ///< 1 points out of their body, -1 into it; 0 = it meets nobody there
+
+  NodeVector n(int d) const {
+    return load<NodeVector>(directions->normal[static_cast<std::size_t>(d)].data());
   }
-  /// Number of those of a node.
-  int at(Local node) {
-    int& number = number_[static_cast<std::size_t>(node)];
-    if (number < 0) {
-      number = static_cast<int>(found_.size());
-      found_.push_back(surface_directions(*patch_, node));
+};
+
+/// Adds the ends of the particles of a bin at the nodes of its cell. `reach` takes a particle and
+/// directions, and returns half of its width along them.
+template <int Dim, class Reach>
+void add_ends(const Patch<Dim>& patch, const ParticleBin& bin,
+              std::span<const SurfacePlace<Dim>> places, double offset, Reach reach) {
+  const auto x = patch.particles.template rows<Dim>(Column::x);
+  const double near_axis =
+      near_cells * patch.cell_size[static_cast<std::size_t>(bin.cell) % patch.cell_size.size()];
+  const TwoNodes furthest(near_axis * near_axis);
+  for (std::size_t k = 0; k < places.size(); k += 2) {
+    const SurfacePlace<Dim>&a = places[k], &b = places[std::min(k + 1, places.size() - 1)];
+    TwoNodes n[Dim], node[Dim];
+    for (int d = 0; d < Dim; ++d) {
+      n[d] = both(a.n(d), b.n(d));
+      node[d] = both(NodeVector(a.x[d]), NodeVector(b.x[d]));
     }
-    return number;
+    const TwoNodes sign = both(a.sign, b.sign), used = sign * sign, base = used * TwoNodes(offset);
+    TwoNodes near = both(load<NodeVector>(a.near), load<NodeVector>(b.near)),
+             around = both(load<NodeVector>(a.around), load<NodeVector>(b.around));
+    for (Local p = bin.begin; p < bin.end; ++p) {
+      TwoNodes ahead(0.0), away(0.0);
+      for (std::size_t d = 0; d < Dim; ++d) {
+        const TwoNodes from_node = TwoNodes(x[d][p]) - node[d];
+        ahead += from_node * n[d];
+        away += from_node * from_node;
+      }
+      const TwoNodes end = TwoNodes(ahead * sign) + TwoNodes(reach(p, n) * used) + base;
+      const unsigned beside = greater(TwoNodes(away - ahead * ahead), furthest);
+      around = max(around, end);
+      near = max(near, select(beside, TwoNodes(0.0), end));
+    }
+    store(first_of(near), a.near);
+    store(first_of(around), a.around);
+    store(second_of(near), b.near);
+    store(second_of(around), b.around);
   }
-  const SurfaceDirections<Dim>& operator[](int number) const {
-    return found_[static_cast<std::size_t>(number)];
-  }
-
- private:
-  const Patch<Dim>* patch_ = nullptr;
-  std::vector<SurfaceDirections<Dim>> found_;
-  std::vector<int> number_;
-};
-
-/// A pack of particles: places, and halves of edges along the axes; of other shapes, edges.
-template <int Dim>
-struct Ends {
-  Pack x[Dim], half[Dim];
-  Local n;  ///< particles
-};
-
-/// Largest lane of values that are not negative.
-double most_of(const Pack& value) {
-  alignas(64) double lane[lanes<Pack>];
-  store(value, lane);
-  return *std::max_element(lane, lane + lanes<Pack>);
 }
 
 }  // namespace
 
 template <int Dim>
 void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  struct Place {
-    double *near, *around;  ///< where the body ends along the directions
-    Vec<Dim> x;             ///< [m] of the node
-    int directions;
-  };
-  static thread_local std::vector<Place> places;
-  static thread_local std::vector<Ends<Dim>> ends;
-  static thread_local std::vector<typename HalfEdges<Dim>::Matrix> edges;  // of shapes that turn
-  static thread_local DirectionsOfNodes<Dim> directions;
-  directions.begin(patch);
-  double *near_ends = patch.own_sums(NodeSum::surface, step.step),
-         *ends_around = patch.own_sums(NodeSum::surface_around, step.step);
+  if (patch.contact.nodes_between.empty()) return;
+  static thread_local std::vector<SurfacePlace<Dim>> places;
+  static thread_local std::vector<typename HalfEdges<Dim>::Matrix> edges;
+  double *near = patch.own_sums(NodeSum::surface, step.step),
+         *around = patch.own_sums(NodeSum::surface_around, step.step);
   const double offset = surface_offset(*step.model);
-  const auto x = patch.particles.template rows<Dim>(Column::x);
   for (const ParticleBin& bin : bins) {
     if (bin.begin == bin.end) continue;
+    const int body = body_of(patch, bin.cell);
+    const int* between = patch.contact.between.data() - first_node_of(patch, body);
     places.clear();
-    int body = 0;
     for (const Local f : nodes_of(patch, bin.cell)) {
-      const Local node = f % patch.body_nodes;
-      body = f / patch.body_nodes;
-      if (!patch.contact.between_bodies[static_cast<std::size_t>(node)]) continue;
+      if (between[f] < 0) continue;
+      const auto& directions =
+          patch.contact.nodes_between[static_cast<std::size_t>(between[f])].directions;
+      NodeVector sign(0.0);
+      for (int k = 0; k < directions.count; ++k) sign.v[k] = directions.sign(k, body);
       const auto line = static_cast<std::ptrdiff_t>(f) * sum_stride;
-      places.push_back({near_ends + line, ends_around + line,
-                        Eigen::Map<const Vec<Dim>>(patch.node_position.data() +
-                                                   static_cast<std::ptrdiff_t>(f) * node_width),
-                        directions.at(node)});
+      places.push_back({at(patch.node_position, f), near + line, around + line, &directions, sign});
     }
     if (places.empty()) continue;
     const HalfEdges<Dim> half_edges(patch, bin.cell);
-    const bool turned = !half_edges.are_along_axes();
-    ends.clear();
     edges.clear();
-    for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
-      Ends<Dim>& of = ends.emplace_back();
-      of.n = std::min<Local>(bin.end - first, lanes<Pack>);
-      alignas(64) double half[Dim][lanes<Pack>] = {};
-      for (Local j = 0; j < of.n; ++j) {
-        const auto r = half_edges.at(first + j);
-        for (int d = 0; d < Dim; ++d) half[d][j] = r(d, d);
-        if (turned) edges.push_back(r);
-      }
-      for (std::size_t d = 0; d < Dim; ++d) {
-        of.x[d] = load_first<Pack>(x[d] + first, of.n);
-        of.half[d] = load<Pack>(half[d]);
-      }
-    }
-    const double near =
-        near_cells * patch.cell_size[static_cast<std::size_t>(bin.cell) % patch.cell_size.size()];
-    for (const Place& place : places) {
-      const SurfaceDirections<Dim>& all = directions[place.directions];
-      for (int k = 0; k < all.count; ++k) {
-        const auto& direction = all.of[static_cast<std::size_t>(k)];
-        if (direction.from != body && direction.to >= 0 && direction.to != body) continue;
-        const Vec<Dim>& n = direction.normal;
-        Pack most(0.0), most_near(0.0);
-        auto turned_edges = edges.begin();
-        for (const Ends<Dim>& of : ends) {
-          Pack ahead(0.0), away(0.0), reach(0.0);
-          for (int d = 0; d < Dim; ++d) {
-            const Pack from_node = of.x[d] - Pack(place.x[d]);
-            ahead += from_node * Pack(n[d]);
-            away += from_node * from_node;
-            const Pack along = of.half[d] * Pack(n[d]);
-            reach += along * along;
-          }
-          reach = sqrt(reach);
-          if (turned) {
-            alignas(64) double along[lanes<Pack>] = {};
-            for (Local j = 0; j < of.n; ++j) along[j] = ((turned_edges++)->transpose() * n).norm();
-            reach = load<Pack>(along);
-          }
-          const Pack end = first_lanes(
-              Pack((direction.from == body ? ahead : -ahead) + reach + Pack(offset)), of.n);
-          const unsigned beside = greater(Pack(away - ahead * ahead), Pack(near * near));
-          most = max(most, end);
-          most_near = max(most_near, select(beside, Pack(0.0), end));
+    for (Local p = bin.begin; p < bin.end; ++p) edges.push_back(half_edges.at(p));
+    const auto edges_of = [&](Local p) -> const auto& {
+      return edges[static_cast<std::size_t>(p - bin.begin)];
+    };
+    const auto add = [&](auto reach) { add_ends<Dim>(patch, bin, places, offset, reach); };
+    if (half_edges.are_alike())
+      add([&](Local p, const TwoNodes*) { return TwoNodes(edges_of(p)(0, 0)); });
+    else
+      add([&](Local p, const TwoNodes* n) {
+        const auto& r = edges_of(p);
+        TwoNodes square(0.0);
+        for (int k = 0; k < Dim; ++k) {
+          TwoNodes along(0.0);
+          for (int d = 0; d < Dim; ++d) along += TwoNodes(r(d, k)) * n[d];
+          square += along * along;
         }
-        place.around[k] = std::max(place.around[k], most_of(most));
-        place.near[k] = std::max(place.near[k], most_of(most_near));
-      }
-    }
+        return sqrt(square);
+      });
   }
 }
 
 template <int Dim>
-void add_meetings(Patch<Dim>& patch, Local node, std::span<const SurfaceEnds> ends, double offset) {
-  const SurfaceDirections<Dim> directions = surface_directions(patch, node);
+void add_meetings(Patch<Dim>& patch, const NodeBetween<Dim>& at, std::span<const SurfaceEnds> ends,
+                  double offset) {
+  const SurfaceDirections<Dim>& directions = at.directions;
   const auto n_bodies = static_cast<int>(ends.size());
   for (int a = 0; a < n_bodies; ++a)
     for (int b = a + 1; b < n_bodies; ++b) {
       const SurfaceEnds &of_a = ends[static_cast<std::size_t>(a)],
                         &of_b = ends[static_cast<std::size_t>(b)];
-      Meeting<Dim> meeting{.a = node + a * patch.body_nodes, .b = node + b * patch.body_nodes};
+      Meeting<Dim> meeting{.a = at.node + first_node_of(patch, a),
+                           .b = at.node + first_node_of(patch, b)};
       bool found = false;
       double widest = 0.0;
       for (int k = 0; k < directions.count; ++k) {
-        const auto& direction = directions.of[static_cast<std::size_t>(k)];
-        const bool from_a = direction.from == a && (direction.to < 0 || direction.to == b);
-        const bool from_b = direction.from == b && direction.to < 0;
+        const int from = directions.from[static_cast<std::size_t>(k)],
+                  to = directions.to[static_cast<std::size_t>(k)];
+        const bool from_a = from == a && (to < 0 || to == b), from_b = from == b && to < 0;
         if (!from_a && !from_b) continue;
         if (of_a.around[k] == 0.0 || of_b.around[k] == 0.0) continue;  // one of them is not there
         const double apart = 2.0 * offset - of_a.around[k] - of_b.around[k];
@@ -298,18 +314,20 @@ void add_meetings(Patch<Dim>& patch, Local node, std::span<const SurfaceEnds> en
         found = true;
         widest = apart;
         meeting.gap = 2.0 * offset - of_a.at(k) - of_b.at(k);
-        meeting.normal = from_a ? direction.normal : Vec<Dim>(-direction.normal);
+        meeting.normal = from_a ? directions.at(k) : Vec<Dim>(-directions.at(k));
       }
       if (found) patch.contact.meetings.push_back(meeting);
     }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                   \
-  template SurfaceDirections<Dim> surface_directions(const Patch<Dim>&, Local);  \
-  template void set_normals(Patch<Dim>&);                                        \
-  template void map_surface(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
-  template double surface_offset(const Model<Dim>&);                             \
-  template void add_meetings(Patch<Dim>&, Local, std::span<const SurfaceEnds>, double);
+#define LAHAR_INSTANTIATE(Dim)                                                                   \
+  template void find_nodes_between(Patch<Dim>&, const StepContext<Dim>&);                        \
+  template bool has_nodes_between(const Patch<Dim>&, Local);                                     \
+  template void set_directions(Patch<Dim>&, const StepContext<Dim>&);                            \
+  template void map_surface(Patch<Dim>&, const StepContext<Dim>&, ParticleBins);                 \
+  template double surface_offset(const Model<Dim>&);                                             \
+  template void add_meetings(Patch<Dim>&, const NodeBetween<Dim>&, std::span<const SurfaceEnds>, \
+                             double);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

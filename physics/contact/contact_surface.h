@@ -14,33 +14,37 @@
 /// patches.
 #pragma once
 
+#include <algorithm>
+
 #include "physics/particles/patch.h"
 
 namespace lahar {
 
-/// A normal that some bodies at a node have in common.
+/// Find the nodes where several bodies have enough mass to meet (Patch::least_mass), with sums over
+/// all patches that share a node. Only there does anybody ask for surfaces.
 template <int Dim>
-struct SurfaceDirection {
-  Vec<Dim> normal;  ///< points out of body `from`
-  int from = 0;
-  int to = -1;  ///< into this body; -1 = any other
-};
+void find_nodes_between(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// The directions at a node, at most as many as a vector of sums has places: normals of the bodies,
-/// then what they make two at a time, where there is room.
+/// Whether a cell has functions at such nodes.
 template <int Dim>
-struct SurfaceDirections {
-  std::array<SurfaceDirection<Dim>, node_width> of;
-  int count = 0;
-};
+bool has_nodes_between(const Patch<Dim>& patch, Local cell);
 
-/// Directions at a node of the first body, from Patch::gradient.
-template <int Dim>
-SurfaceDirections<Dim> surface_directions(const Patch<Dim>& patch, Local node);
+/// Call some(bins) for runs of those bins whose cells have.
+template <int Dim, class Some>
+void for_bins_between(const Patch<Dim>& patch, ParticleBins bins, Some some) {
+  if (patch.contact.nodes_between.empty()) return;
+  for (std::size_t from = 0, to = 0; to <= bins.size(); ++to) {
+    if (to < bins.size() && has_nodes_between(patch, bins[to].cell)) continue;
+    if (to > from) some(bins.subspan(from, to - from));
+    from = to + 1;
+  }
+}
 
-/// Make sum_p V_p grad N of the nodes the normals of their bodies, and mark those between bodies.
+/// The normals of bodies at nodes between them, the directions of sum_p V_p grad N with sums over
+/// all patches that share a node, and the directions that they give. Surfaces (map_surface()) begin
+/// at zero.
 template <int Dim>
-void set_normals(Patch<Dim>& patch);
+void set_directions(Patch<Dim>& patch, const StepContext<Dim>& step);
 
 /// Where a body ends along the directions at a node, from the node and `surface_offset()` more: 0
 /// where it has no particles.
@@ -58,16 +62,19 @@ void map_surface(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
 template <int Dim>
 double surface_offset(const Model<Dim>& model);
 
-/// Add the meetings at a node of the first body: `ends` are, by body, the maxima over all patches.
+/// Add the meetings at one of the nodes: `ends` are, by body, the maxima over all patches.
 template <int Dim>
-void add_meetings(Patch<Dim>& patch, Local node, std::span<const SurfaceEnds> ends, double offset);
+void add_meetings(Patch<Dim>& patch, const NodeBetween<Dim>& at, std::span<const SurfaceEnds> ends,
+                  double offset);
 
 #define LAHAR_EXTERN(Dim)                                                               \
-  extern template SurfaceDirections<Dim> surface_directions(const Patch<Dim>&, Local);  \
-  extern template void set_normals(Patch<Dim>&);                                        \
+  extern template void find_nodes_between(Patch<Dim>&, const StepContext<Dim>&);        \
+  extern template bool has_nodes_between(const Patch<Dim>&, Local);                     \
+  extern template void set_directions(Patch<Dim>&, const StepContext<Dim>&);            \
   extern template void map_surface(Patch<Dim>&, const StepContext<Dim>&, ParticleBins); \
   extern template double surface_offset(const Model<Dim>&);                             \
-  extern template void add_meetings(Patch<Dim>&, Local, std::span<const SurfaceEnds>, double);
+  extern template void add_meetings(Patch<Dim>&, const NodeBetween<Dim>&,               \
+                                    std::span<const SurfaceEnds>, double);
 LAHAR_EXTERN(2)
 LAHAR_EXTERN(3)
 #undef LAHAR_EXTERN

@@ -84,10 +84,6 @@ void map_force(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
 template <int Dim, class Real = Pack>
 void map_gradient(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 
-/// Normals of bodies at nodes: directions of g_i, with sums over all patches that share a node.
-template <int Dim>
-void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step);
-
 /// Which bodies meet at nodes of the patch, along which normals, and the gaps between them
 /// (contact_surface.h), with the furthest surfaces of all patches that share a node.
 template <int Dim>

@@ -171,7 +171,6 @@ struct Patch {
   NodeArray transfer;      ///< {v [m/s], 0} of velocity_transfer.h; only where it needs one
   NodeArray held;          ///< {1 along what holds the node, 1 if any}; only with separation.h
   std::vector<double> pressure;  ///< [Pa]; only with pressure smoothing
-  NodeArray gradient;            ///< {direction of sum_p V_p grad N, 0}; only with contact
   NodeArray damping;             ///< {damping force [N], 0}; only where there is damping
   // Bodies in contact have nodes and cells of their own (contact.h).
   Local body_nodes = 0;          ///< nodes of one body; 0 = not set, there is one

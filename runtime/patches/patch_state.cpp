@@ -34,7 +34,6 @@ Index count_active_nodes(const Patch<Dim>& patch) {
 template <int Dim>
 std::vector<NodeSum> mapped_sums(const Patch<Dim>& patch) {
   std::vector<NodeSum> sums{NodeSum::mass_momentum};
-  if (patch.bodies() > 1) sums.push_back(NodeSum::gradient);
   if (patch.takes_means()) sums.push_back(NodeSum::displacement);
   if (!patch.sums[sum_array(NodeSum::prescribed_mass)].empty())  // nodes are driven
     sums.push_back(NodeSum::prescribed_mass);

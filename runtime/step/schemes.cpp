@@ -43,8 +43,8 @@ template <int Dim>
 Stages<Dim> usf(const Analysis& a, bool injects) {
   return in_order<Dim>({
       arrivals_and_injection<Dim>(a, injects),
-      meeting_bodies<Dim>(a),
       driven_nodes<Dim>(a),
+      meeting_bodies<Dim>(a),
       nodal_velocities<Dim>(a),
       strain_and_stress<Dim>(a),
       pore_pressure<Dim>(a),
@@ -60,7 +60,6 @@ Stages<Dim> usf(const Analysis& a, bool injects) {
       location<Dim>(a),
       p2g<Dim>(a),
       liquid_p2g<Dim>(a),
-      surfaces<Dim>(a),
       prescribed_velocities<Dim>(a),
       output<Dim>(a),
   });
@@ -74,9 +73,9 @@ Stages<Dim> usl(const Analysis& a, bool injects) {
   return in_order<Dim>({
       arrivals_and_injection<Dim>(a, injects),
       forces_after_arrivals<Dim>(a),
-      meeting_bodies<Dim>(a),
       driven_nodes<Dim>(a),
       node_means<Dim>(a),
+      meeting_bodies<Dim>(a),
       integration<Dim>(a),
       unbalanced_forces<Dim>(a),
       velocity_transfer<Dim>(a),
@@ -89,7 +88,6 @@ Stages<Dim> usl(const Analysis& a, bool injects) {
       p2g<Dim>(a),
       liquid_p2g<Dim>(a),
       forces_of_next_step<Dim>(a),
-      surfaces<Dim>(a),
       prescribed_velocities<Dim>(a),
       output<Dim>(a),
   });
@@ -101,9 +99,9 @@ Stages<Dim> musl(const Analysis& a, bool injects) {
   return in_order<Dim>({
       arrivals_and_injection<Dim>(a, injects),
       forces_after_arrivals<Dim>(a),
-      meeting_bodies<Dim>(a),
       driven_nodes<Dim>(a),
       node_means<Dim>(a),
+      meeting_bodies<Dim>(a),
       integration<Dim>(a),
       unbalanced_forces<Dim>(a),
       velocity_transfer<Dim>(a),
@@ -118,7 +116,6 @@ Stages<Dim> musl(const Analysis& a, bool injects) {
       p2g<Dim>(a),
       liquid_p2g<Dim>(a),
       forces_of_next_step<Dim>(a),
-      surfaces<Dim>(a),
       prescribed_velocities<Dim>(a),
       output<Dim>(a),
   });
