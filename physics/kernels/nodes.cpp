@@ -98,31 +98,18 @@ void activate_nodes(Patch<Dim>& patch) {
 }
 
 template <int Dim>
-void nodal_gradient(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  patch.gradient.resize(static_cast<std::size_t>(patch.n_nodes()) * node_width);
-  for_each_node(patch, SumOverPatches<Dim>(patch, NodeSum::gradient, step.step),
-                [&](Local i, const NodeVector&, const NodeVector& sum) {
-                  store(sum, at(patch.gradient, i));
-                });
-  set_normals(patch);
-}
-
-template <int Dim>
 void meet_bodies(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.contact.meetings.clear();
-  if (patch.active_nodes.empty()) return;
   const SumOverPatches<Dim> near(patch, NodeSum::surface, step.step),
       around(patch, NodeSum::surface_around, step.step);
   const double offset = surface_offset(*step.model);
   std::vector<SurfaceEnds> by_body;
-  for (const NodeRange& range : patch.active_nodes)
-    for (Local i = range.begin; i < std::min(range.end, patch.body_nodes); ++i) {
-      if (!patch.contact.between_bodies[static_cast<std::size_t>(i)]) continue;
-      by_body.clear();
-      for (Local f = i; f < patch.n_nodes(); f += patch.body_nodes)
-        by_body.push_back({near.most_at(f), around.most_at(f)});
-      add_meetings<Dim>(patch, i, by_body, offset);
-    }
+  for (const NodeBetween<Dim>& at : patch.contact.nodes_between) {
+    by_body.clear();
+    for (Local f = at.node; f < patch.n_nodes(); f += patch.body_nodes)
+      by_body.push_back({near.most_at(f), around.most_at(f)});
+    add_meetings<Dim>(patch, at, by_body, offset);
+  }
 }
 
 template <int Dim>
@@ -352,7 +339,8 @@ class Integrator {
   /// nothing prescribes: it would only change the force that holds them.
   [[gnu::noinline]] NodeVector damping(Local i, const NodeVector& v, NodeVector force) {
     const Analysis& analysis = step_.model->analysis;
-    if (two_phase_ && !analysis.explicit_drag) force += drag_at_beginning(patch_, i, v);
+    if (two_phase_ && !analysis.explicit_drag)
+      force += drag_before_damping(patch_, step_, i, v, force, gravity_);
     double against[node_width];
     if (i >= next_wall() && !analysis.damping_as_cbgeo && is_at_wall(i))
       store(damping_at_wall(i, v, force), against);
@@ -564,7 +552,6 @@ void velocity_and_integrate(Patch<Dim>& patch, const StepContext<Dim>& step) {
 #define LAHAR_INSTANTIATE(Dim)                                                   \
   template void find_active_nodes<Dim>(Patch<Dim>&);                             \
   template void activate_nodes<Dim>(Patch<Dim>&);                                \
-  template void nodal_gradient<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void meet_bodies<Dim>(Patch<Dim>&, const StepContext<Dim>&);          \
   template void nodal_velocity<Dim>(Patch<Dim>&, const StepContext<Dim>&);       \
   template void nodal_velocity_again<Dim>(Patch<Dim>&, const StepContext<Dim>&); \

@@ -56,6 +56,41 @@ void for_each_acceleration(Patch<Dim>& patch, const StepContext<Dim>& step, bool
   }
 }
 
+/// The same of what is reached at once: in the first step, velocities that are not zero where the
+/// particles have others.
+template <int Dim>
+void for_each_sudden(Patch<Dim>& patch, const StepContext<Dim>& step, auto own, auto mass,
+                     auto add) {
+  const Analysis& analysis = step.model->analysis;
+  if (!analysis.sudden_velocities || step.step != analysis.first_step) return;
+  const SumOverPatches<Dim> mapped(patch, NodeSum::mass_momentum, step.step);
+  const auto reach = [&](Local node, const Vec<Dim>& axis, double velocity) {
+    const double part = own(node);
+    const bool is_active = patch.node_is_active[static_cast<std::size_t>(node)];
+    if (velocity == 0.0 || !is_active || !more_than(mass(node), patch.least_mass)) return;
+    double sum[node_width];
+    store(mapped.at(node), sum);
+    const double before = axis.dot(Eigen::Map<const Vec<Dim>>(sum)) / sum[mass_lane];
+    patch.work.external += 0.5 * part * (velocity - before) * (velocity + before);
+    add(node, Vec<Dim>((velocity - before) / step.dt * axis));
+  };
+  std::vector<bool> is_timed(patch.fixed.size());
+  for (const Timed<Dim>& timed : patch.timed) {
+    if (timed.list == Timed<Dim>::List::fixed_liquid || !is_held(patch, timed)) continue;
+    if (timed.list == Timed<Dim>::List::fixed) is_timed[timed.entry] = true;
+    reach(node_of(patch, timed), direction_of(patch, timed),
+          velocity_at<Dim>(timed, step, step.time));
+  }
+  for (std::size_t i = 0; i < patch.fixed.size(); ++i)
+    if (const auto& fixed = patch.fixed[i]; !is_timed[i])
+      reach(fixed.node, Vec<Dim>::Unit(fixed.dir), fixed.velocity);
+  for (const ConstrainedNode<Dim>& wall : patch.walls)
+    for (int k = 0; k < Dim; ++k)
+      if (const auto axis = static_cast<std::size_t>(k);
+          wall.fixed[axis] && wall.function[axis] < 0)
+        reach(wall.node, wall.axes.col(k), wall.velocity[axis]);
+}
+
 template <int Dim>
 void add_to(NodeArray& array, Local node, const Vec<Dim>& a) {
   for (int d = 0; d < Dim; ++d) at(array, node)[d] += a[d];
@@ -95,11 +130,12 @@ void hold_timed_walls(Patch<Dim>& patch) {
 
 template <int Dim>
 void add_timed_acceleration(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (patch.timed.empty() || patch.active_nodes.empty()) return;
-  for_each_acceleration(
-      patch, step, false, own_mass_of(patch, NodeSum::mass_momentum, step),
-      [&](Local node) { return at(patch.velocity, node)[mass_lane]; },
-      [&](Local node, const Vec<Dim>& a) { add_to<Dim>(patch.acceleration, node, a); });
+  if (patch.active_nodes.empty()) return;
+  const auto own = own_mass_of(patch, NodeSum::mass_momentum, step);
+  const auto mass = [&](Local node) { return at(patch.velocity, node)[mass_lane]; };
+  const auto add = [&](Local node, const Vec<Dim>& a) { add_to<Dim>(patch.acceleration, node, a); };
+  for_each_acceleration(patch, step, false, own, mass, add);
+  for_each_sudden(patch, step, own, mass, add);
 }
 
 template <int Dim>
@@ -113,15 +149,17 @@ void add_timed_acceleration_of_liquid(Patch<Dim>& patch, const StepContext<Dim>&
 
 template <int Dim>
 void add_timed_acceleration_of_implicit(Patch<Dim>& patch, const StepContext<Dim>& step) {
-  if (patch.timed.empty() || step.model->analysis.implicit.quasi_static) return;
-  for_each_acceleration(
-      patch, step, false,
-      [&](Local node) { return patch.implicit.own_mass[static_cast<std::size_t>(node)]; },
-      [&](Local node) { return at(patch.velocity, node)[mass_lane]; },
-      [&](Local node, const Vec<Dim>& a) {
-        add_to<Dim>(patch.acceleration, node, a);
-        add_to<Dim>(patch.system.solution, node, a);
-      });
+  if (step.model->analysis.implicit.quasi_static) return;
+  const auto own = [&](Local node) {
+    return patch.implicit.own_mass[static_cast<std::size_t>(node)];
+  };
+  const auto mass = [&](Local node) { return at(patch.velocity, node)[mass_lane]; };
+  const auto add = [&](Local node, const Vec<Dim>& a) {
+    add_to<Dim>(patch.acceleration, node, a);
+    add_to<Dim>(patch.system.solution, node, a);
+  };
+  for_each_acceleration(patch, step, false, own, mass, add);
+  for_each_sudden(patch, step, own, mass, add);
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                               \

@@ -9,6 +9,10 @@
 /// kernels see v as a constant of the step, with which a is zero; add_timed_acceleration() comes
 /// after them. What holds the node does the work of v against all forces, and gives the kinetic
 /// energy m (w(t + dt)^2 - w(t)^2) / 2 besides.
+///
+/// A velocity that is not zero when the run begins, constant or not, is reached at once where the
+/// particles have another: the first step has (w(0) - v_i) / dt in its acceleration, too, with the
+/// velocity v_i that particles give to the node (Analysis::sudden_velocities).
 #pragma once
 
 #include "physics/particles/patch.h"
@@ -24,7 +28,8 @@ void set_timed_velocities(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>
 void hold_timed_walls(Patch<Dim>& patch);
 
-/// Add a to what is held, and count its work. One-sided walls give their impulse themselves.
+/// Add a to what is held, and count its work, with that of velocities which are reached at once.
+/// One-sided walls give their impulse themselves.
 template <int Dim>
 void add_timed_acceleration(Patch<Dim>& patch, const StepContext<Dim>& step);
 template <int Dim>

@@ -56,10 +56,14 @@ template <int Dim>
 NodeVector before_damping(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
                           const NodeVector& old);
 
-/// Q (v_l - v) at the beginning of the step: the part of an implicit drag in what is out of
-/// balance.
+/// Q (v_l - v) after a step without damping, where drag is implicit: the part of drag in what is
+/// out of balance, which Cundall's damping takes. (That of the beginning has no bound where drag is
+/// stiff: a rounding of v_l - v times Q.) `force` is all else on the skeleton's node. It is kept in
+/// Patch::Liquid::acceleration until integrate_liquid().
 template <int Dim>
-NodeVector drag_at_beginning(const Patch<Dim>& patch, Local node, const NodeVector& skeleton);
+NodeVector drag_before_damping(Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                               const NodeVector& old, const NodeVector& force,
+                               const NodeVector& gravity);
 
 /// Q (v_l - v) after the step, where drag is implicit; `force` is all else on the skeleton's node.
 /// integrate_liquid() finds the same for the liquid: drag keeps the momentum of both.

@@ -60,19 +60,46 @@ void hold_phases(const Patch<Dim>& patch, Local node, WithoutDrag& free) {
   if (const auto* wall = find_node(patch.walls, node)) hold_at_wall(*wall, free);
 }
 
-/// Force on the liquid of a node [N] but for the drag: pressure, weight, and damping. Cundall's is
-/// that of what is out of balance, with the drag at the beginning of the step: a steady flow is not
-/// damped.
+/// Force on the liquid of a node [N] but for drag and damping: pressure and weight.
+template <int Dim>
+NodeVector undamped_force(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                          const NodeVector& gravity) {
+  const auto v = load<NodeVector>(at(patch.liquid.velocity, node));
+  const NodeVector force = load<NodeVector>(at(patch.liquid.force, node)) + v[mass_lane] * gravity;
+  if (!step.model->analysis.liquid_advection) return force;
+  return force - patch.liquid.advection[static_cast<std::size_t>(node)] * with_mass(v, gravity);
+}
+
+/// The same with damping. Cundall's is that of what `drag` leaves out of balance: a steady flow is
+/// not damped.
 template <int Dim>
 NodeVector damped_force(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
                         const NodeVector& gravity, const NodeVector& drag) {
+  const NodeVector force = undamped_force(patch, step, node, gravity);
   const Analysis& analysis = step.model->analysis;
+  if (analysis.damping == 0.0) return force;
   const auto v = load<NodeVector>(at(patch.liquid.velocity, node));
-  NodeVector force = load<NodeVector>(at(patch.liquid.force, node)) + v[mass_lane] * gravity;
-  if (analysis.liquid_advection)
-    force -= patch.liquid.advection[static_cast<std::size_t>(node)] * with_mass(v, gravity);
-  if (analysis.damping > 0.0) force -= damping_force(analysis, step.dt, v, force - drag);
-  return force;
+  return force - damping_force(analysis, step.dt, v, force - drag);
+}
+
+/// Q (v_l - v) after the step, of the forces that act on skeleton and liquid beside it.
+template <int Dim>
+NodeVector implicit_drag(const Patch<Dim>& patch, double dt, Local node, const NodeVector& old,
+                         const NodeVector& on_skeleton, const NodeVector& on_liquid) {
+  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, node));
+  const double m = old[mass_lane], m_l = v_l[mass_lane];
+  const auto Q = load<NodeVector>(at(patch.liquid.drag, node));
+  const NodeVector after = old + dt / m * on_skeleton, liquid = v_l + dt / m_l * on_liquid;
+  WithoutDrag free;
+  store(after, free.skeleton);
+  store(liquid, free.liquid);
+  store(NodeVector(1.0 / m), free.per_skeleton);
+  store(NodeVector(1.0 / m_l), free.per_liquid);
+  hold_phases(patch, node, free);
+  const NodeVector difference = load<NodeVector>(free.liquid) - load<NodeVector>(free.skeleton);
+  const NodeVector inverse =
+      load<NodeVector>(free.per_skeleton) + load<NodeVector>(free.per_liquid);
+  return Q * (difference / (1.0 + dt * Q * inverse));
 }
 
 }  // namespace
@@ -132,34 +159,28 @@ NodeVector before_damping(const Patch<Dim>& patch, const StepContext<Dim>& step,
 }
 
 template <int Dim>
-NodeVector drag_at_beginning(const Patch<Dim>& patch, Local node, const NodeVector& skeleton) {
-  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, node));
-  if (!more_than(v_l[mass_lane], patch.least_mass)) return NodeVector(0.0);
-  return load<NodeVector>(at(patch.liquid.drag, node)) * (v_l - skeleton);
+NodeVector drag_before_damping(Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
+                               const NodeVector& old, const NodeVector& force,
+                               const NodeVector& gravity) {
+  const double m_l = at(patch.liquid.velocity, node)[mass_lane];
+  NodeVector drag(0.0);
+  if (more_than(m_l, patch.least_mass))
+    drag =
+        implicit_drag(patch, step.dt, node, old, force, undamped_force(patch, step, node, gravity));
+  store(drag, at(patch.liquid.acceleration, node));
+  return drag;
 }
 
 template <int Dim>
 NodeVector drag_on_skeleton(const Patch<Dim>& patch, const StepContext<Dim>& step, Local node,
                             const NodeVector& old, const NodeVector& force,
                             const NodeVector& gravity) {
-  const auto v_l = load<NodeVector>(at(patch.liquid.velocity, node));
-  const double m = old[mass_lane], m_l = v_l[mass_lane], dt = step.dt;
+  const double m_l = at(patch.liquid.velocity, node)[mass_lane];
   if (step.model->analysis.explicit_drag || !more_than(m_l, patch.least_mass))
     return NodeVector(0.0);
-  const auto Q = load<NodeVector>(at(patch.liquid.drag, node));
-  const NodeVector after = old + dt / m * force;  // without drag
-  const NodeVector liquid =
-      v_l + dt / m_l * damped_force(patch, step, node, gravity, Q * (v_l - old));
-  WithoutDrag free;
-  store(after, free.skeleton);
-  store(liquid, free.liquid);
-  store(NodeVector(1.0 / m), free.per_skeleton);
-  store(NodeVector(1.0 / m_l), free.per_liquid);
-  hold_phases(patch, node, free);
-  const NodeVector difference = load<NodeVector>(free.liquid) - load<NodeVector>(free.skeleton);
-  const NodeVector inverse =
-      load<NodeVector>(free.per_skeleton) + load<NodeVector>(free.per_liquid);
-  return Q * (difference / (1.0 + dt * Q * inverse));
+  const auto before_damping = load<NodeVector>(at(patch.liquid.acceleration, node));
+  return implicit_drag(patch, step.dt, node, old, force,
+                       damped_force(patch, step, node, gravity, before_damping));
 }
 
 template <int Dim>
@@ -219,12 +240,14 @@ void integrate_liquid(Patch<Dim>& patch, const StepContext<Dim>& step) {
       double* acceleration = at(patch.liquid.acceleration, i);
       const auto old = load<NodeVector>(velocity);
       const double m = old[mass_lane];
+      const auto before_damping = load<NodeVector>(acceleration);
       store(zero, acceleration);
       if (!more_than(m, patch.least_mass)) continue;
       const auto Q = load<NodeVector>(at(patch.liquid.drag, i));
       const auto v_s = load<NodeVector>(at(patch.velocity, i));
       const auto a_s = load<NodeVector>(at(patch.acceleration, i));
-      NodeVector drag = Q * (old - (v_s - dt * a_s));  // at the beginning of the step
+      NodeVector drag =
+          analysis.explicit_drag ? NodeVector(Q * (old - (v_s - dt * a_s))) : before_damping;
       const NodeVector force = damped_force(patch, step, i, g, drag);
       if (!analysis.explicit_drag) {
         const NodeVector after = (m * old + dt * (force + Q * v_s)) / (m + dt * Q);
@@ -309,7 +332,9 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
   template void liquid_forces<Dim>(Patch<Dim>&, const StepContext<Dim>&);                      \
   template NodeVector before_damping<Dim>(const Patch<Dim>&, const StepContext<Dim>&, Local,   \
                                           const NodeVector&);                                  \
-  template NodeVector drag_at_beginning<Dim>(const Patch<Dim>&, Local, const NodeVector&);     \
+  template NodeVector drag_before_damping<Dim>(Patch<Dim>&, const StepContext<Dim>&, Local,    \
+                                               const NodeVector&, const NodeVector&,           \
+                                               const NodeVector&);                             \
   template NodeVector drag_on_skeleton<Dim>(const Patch<Dim>&, const StepContext<Dim>&, Local, \
                                             const NodeVector&, const NodeVector&,              \
                                             const NodeVector&);                                \

@@ -308,6 +308,9 @@ struct Analysis {
   bool free_bodies = false;   ///< some of them move by forces
   bool takes_means = false;   ///< some process has conditions of nodes with takes_means
   bool shows_nodes = false;   ///< there are OutputPlan::node_fields
+  /// Velocities that nodes prescribe from the first step on are given to particles as an impulse
+  /// (timed_velocities.h); in CB-Geo MPM particles keep theirs.
+  bool sudden_velocities = false;
   /// Some process has prescribed velocities that are functions of time: of nodes, of particles.
   bool nodes_follow_time = false, particles_follow_time = false;
   /// Particles with prescribed velocities move by them, and drive the nodes around them

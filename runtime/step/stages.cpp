@@ -42,7 +42,6 @@ void map_unmapped(Patch<Dim>& patch, const StepContext<Dim>& step) {
   if (!patch.unmapped.empty()) {
     map_mass_momentum(patch, step, patch.unmapped);
     if (WithForce) map_force(patch, step, patch.unmapped);
-    if (patch.bodies() > 1) map_gradient(patch, step, patch.unmapped);
     if (maps_prescribed_before(step.model->analysis)) map_prescribed(patch, step, patch.unmapped);
     if (WithForce) map_means(patch, step, patch.unmapped);
     if (step.model->analysis.two_phase) {
@@ -187,6 +186,20 @@ bool one_exchange(const Analysis& analysis) {
   return analysis.scheme != Scheme::usf;
 }
 
+bool bodies_meet(const Analysis& analysis) {
+  return analysis.contact.bodies > 1;
+}
+
+/// Let a stage wait for the masses of nodes, the first exchange of sums in a step.
+template <int Dim>
+void take_masses(TimestepStage<Dim>& stage, const Analysis& analysis) {
+  stage.stage.exchange = "mass, momentum";
+  stage.takes = {NodeSum::mass_momentum};
+  if (!one_exchange(analysis)) return;
+  stage.stage.exchange += ", force";
+  stage.takes.push_back(NodeSum::force);
+}
+
 }  // namespace
 
 bool maps_force_with_momentum(const Analysis& analysis) {
@@ -220,16 +233,24 @@ template <int Dim>
 Stages<Dim> meeting_bodies(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  if (analysis.contact.bodies < 2) return {};
+  if (!bodies_meet(analysis)) return {};
+  TimestepStage<Dim> surface{
+      .stage = {.name = "surface"},
+      .begin =
+          [](P& p, S& s) {
+            find_nodes_between(p, s);
+            if (!p.contact.nodes_between.empty()) clear_sums(p, s, NodeSum::gradient);
+          },
+      .bins =
+          [](P& p, S& s, ParticleBins bins) {
+            for_bins_between(p, bins, [&](ParticleBins some) { map_gradient(p, s, some); });
+          }};
+  take_masses(surface, analysis);
   return {
+      surface,
       TimestepStage<Dim>{.stage = {.name = "normals", .exchange = "gradient"},
                          .takes = {NodeSum::gradient},
-                         .begin =
-                             [](P& p, S& s) {
-                               nodal_gradient(p, s);
-                               clear_sums(p, s, NodeSum::surface);
-                               clear_sums(p, s, NodeSum::surface_around);
-                             },
+                         .begin = [](P& p, S& s) { set_directions(p, s); },
                          .bins = [](P& p, S& s, ParticleBins bins) { map_surface(p, s, bins); }},
       TimestepStage<Dim>{.stage = {.name = "gaps", .exchange = "surface"},
                          .takes = {NodeSum::surface, NodeSum::surface_around},
@@ -254,9 +275,9 @@ template <int Dim>
 Stages<Dim> nodal_velocities(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  TimestepStage<Dim> both{.stage = {.name = "velocity", .exchange = "mass, momentum"},
-                          .takes = {NodeSum::mass_momentum},
+  TimestepStage<Dim> both{.stage = {.name = "velocity"},
                           .begin = [](P& p, S& s) { nodal_velocity(p, s); }};
+  if (!bodies_meet(analysis)) take_masses(both, analysis);
   both.stage.needs_dt = analysis.nodes_follow_time;  // prescribed in the middle of the step
   if (!analysis.two_phase) return {both};
   both.takes.push_back(NodeSum::liquid_mass_momentum);
@@ -389,9 +410,11 @@ Stages<Dim> integration(const Analysis& analysis) {
                              show_if_wanted(p, s);
                            }};
   if (with_velocity) {
-    nodes.stage.exchange = "mass, momentum, force";
+    if (bodies_meet(analysis))  // the masses are there
+      nodes.stage.exchange.clear(), nodes.takes.clear();
+    else
+      take_masses(nodes, analysis);
     nodes.stage.needs_dt = true;
-    nodes.takes.insert(nodes.takes.begin(), NodeSum::mass_momentum);
     if (needs_kept_pressure(analysis)) nodes.takes.push_back(NodeSum::kept_pressure);
     nodes.begin = [](P& p, S& s) {
       velocity_and_integrate(p, s);
@@ -521,7 +544,9 @@ template <int Dim>
 Stages<Dim> p2g(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
-  const bool force = one_exchange(analysis);
+  // Neighbours may still read forces of this step, unless the next ones are elsewhere.
+  const bool force =
+      one_exchange(analysis) || node_sum_copies(analysis).of[sum_array(NodeSum::force)] > 1;
   return {TimestepStage<Dim>{
       .stage = {.name = "P2G"},
       .begin = force ? begin_mapping<Dim, true> : begin_mapping<Dim, false>,
@@ -572,18 +597,6 @@ Stages<Dim> liquid_forces(const Analysis& analysis) {
           },
       .bins = [](P& p, S& s, ParticleBins bins) { map_liquid_forces(p, s, bins); },
       .of_next_step = maps_force_with_momentum(analysis)}};
-}
-
-template <int Dim>
-Stages<Dim> surfaces(const Analysis& analysis) {
-  using P = Patch<Dim>;
-  using S = const StepContext<Dim>;
-  if (analysis.contact.bodies < 2) return {};
-  return {
-      TimestepStage<Dim>{.stage = {.name = "surface"},
-                         .begin = [](P& p, S& s) { clear_sums(p, s, NodeSum::gradient); },
-                         .bins = [](P& p, S& s, ParticleBins bins) { map_gradient(p, s, bins); },
-                         .of_next_step = true}};
 }
 
 template <int Dim>
@@ -783,7 +796,6 @@ Stages<Dim> output(const Analysis&) {
   template Stages<Dim> liquid_p2g<Dim>(const Analysis&);               \
   template Stages<Dim> forces<Dim>(const Analysis&);                   \
   template Stages<Dim> liquid_forces<Dim>(const Analysis&);            \
-  template Stages<Dim> surfaces<Dim>(const Analysis&);                 \
   template Stages<Dim> prescribed_velocities<Dim>(const Analysis&);    \
   template Stages<Dim> solved_motion<Dim>(const Analysis&);            \
   template Stages<Dim> motion_before_solve<Dim>(const Analysis&);      \

@@ -18,7 +18,7 @@ Stages<Dim> arrivals(const Analysis& analysis);
 template <int Dim>
 Stages<Dim> injection(const Analysis& analysis);
 
-/// Which bodies meet at nodes: normals and gaps (physics/contact).
+/// Which bodies meet at nodes: surfaces, normals and gaps (physics/contact).
 template <int Dim>
 Stages<Dim> meeting_bodies(const Analysis& analysis);
 /// Nodes that particles with prescribed velocities drive.
@@ -91,9 +91,6 @@ template <int Dim>
 Stages<Dim> liquid_p2g(const Analysis& analysis);
 template <int Dim>
 Stages<Dim> liquid_forces(const Analysis& analysis);
-/// Where bodies have their surfaces, of the step after.
-template <int Dim>
-Stages<Dim> surfaces(const Analysis& analysis);
 /// Sums of particles with prescribed velocities, of the step after.
 template <int Dim>
 Stages<Dim> prescribed_velocities(const Analysis& analysis);

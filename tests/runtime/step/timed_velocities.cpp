@@ -97,6 +97,50 @@ TEST_CASE("nodes that follow a function of time move particles by its integral, 
   }
 }
 
+// Particles kept the velocity that they had, 0 with FLIP, and no energy was counted.
+TEST_CASE("what nodes prescribe from the first step on, constant or not, particles have after it") {
+  constexpr double velocity = 2;
+  const std::string constant = R"("velocity_constraints": [
+    {"nset_id": -1, "dir": "y", "velocity": 0}, {"nset_id": -1, "dir": "x", "velocity": 2}])";
+  for (const std::string& constraints : {constant, shaken(all)})
+    for (const std::string name : {"usf", "usl", "musl", "newmark"})
+      for (const std::string update : {"flip", "apic", "pic"}) {
+        if (name == "newmark" && update != "flip") continue;
+        Model<2> model =
+            block(constraints, scheme(name, R"(, "velocity_update": ")" + update + '"'), 1e-3);
+        model.analysis.nsteps = 10;
+        Simulation simulation(model, {.threads = 2});
+        simulation.run();
+        const HistoryRow row = simulation.history();
+        const double v = constraints == constant ? velocity : velocity_at(row.time);
+        CAPTURE(name);
+        CAPTURE(update);
+        CHECK(row.momentum[0] == doctest::Approx(row.mass * v).epsilon(0.02));
+        CHECK(row.kinetic == doctest::Approx(0.5 * row.mass * v * v).epsilon(0.04));
+        CHECK(row.external == doctest::Approx(row.kinetic).epsilon(0.02));
+        CHECK(std::abs(row.balance) < 1e-9 * row.kinetic);
+        if (constraints != constant || update == "pic") continue;
+        CHECK(row.momentum[0] == doctest::Approx(row.mass * v).epsilon(1e-12));
+        CHECK(row.external == doctest::Approx(row.kinetic).epsilon(1e-12));
+      }
+}
+
+TEST_CASE(
+    "a body that moves as its nodes prescribe is not pushed, and CB-Geo's keeps its velocity") {
+  Model<2> model = block(R"("velocity_constraints": [{"nset_id": -1, "dir": "x", "velocity": 2}])",
+                         scheme("usf", R"(, "velocity_update": "flip")"), 1e-3);
+  model.analysis.nsteps = 1;
+  model.analysis.sudden_velocities = false;
+  Simulation theirs(model);
+  theirs.run();
+  CHECK(theirs.history().momentum[0] == 0);
+  model.analysis.sudden_velocities = true;
+  model.particles.velocity.assign(model.particles.x.size(), Vec<2>(2, 0));
+  Simulation moving(model);
+  moving.run();
+  CHECK(std::abs(moving.history().external) < 1e-9);
+}
+
 TEST_CASE("adaptive steps follow a function of time as well") {
   for (const std::string name : {"usf", "usl", "musl"}) {
     Model<2> model = block(shaken(all), scheme(name), 2e-3);

@@ -290,6 +290,10 @@ TEST_CASE("sums have two copies where nothing keeps a patch from overtaking its 
     const int usl = analysis.scheme == Scheme::usl ? 2 : 1;
     CHECK(of(NodeSum::mass_momentum) == usl);
     CHECK(of(NodeSum::force) == usl);
+    Analysis sudden = analysis;  // integration reads momentum
+    sudden.sudden_velocities = true;
+    CHECK(node_sum_copies(sudden).of[sum_array(NodeSum::mass_momentum)] ==
+          (analysis.scheme == Scheme::musl ? 1 : 2));
     // Momentum and pressure are a pair, held where one of them is used.
     CHECK(of(NodeSum::momentum) ==
           (maps_velocities_again(analysis) || analysis.pressure_smoothing ? 1 : 0));
