@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "io/base/problems.h"
@@ -86,11 +87,20 @@ void ScenarioBuilder<Dim>::build_implicit_steps(const JsonValue& analysis) {
   const auto number = [&](const char* key, double& value) {
     value = get_number(*given, key).value_or(value);
   };
-  number("beta", steps.beta);
-  if (!(steps.beta > 0 && steps.beta <= 0.5))
-    in_.error(*given->find("beta"),
-              fmt::format("'beta' must be greater than 0 and at most 0.5, found {:g}", steps.beta));
   number("gamma", steps.gamma);
+  // With less, long steps are not stable.
+  const double stable = 0.25 * std::pow(steps.gamma + 0.5, 2);
+  if (!in_.cbgeo_defaults) steps.beta = stable;
+  number("beta", steps.beta);
+  if (!(steps.beta > 0 && steps.beta <= 1))
+    in_.error(*given->find("beta"),
+              fmt::format("'beta' must be greater than 0 and at most 1, found {:g}", steps.beta));
+  else if (steps.beta < stable && !steps.quasi_static)
+    in_.warning(*given,
+                fmt::format("Newmark's method with beta {:g} and gamma {:g} is not stable in long "
+                            "steps",
+                            steps.beta, steps.gamma),
+                fmt::format("a 'beta' of {:g}, (gamma + 0.5)^2 / 4, is", stable));
   number("displacement_tolerance", steps.displacement_tolerance);
   number("residual_tolerance", steps.residual_tolerance);
   number("relative_residual_tolerance", steps.relative_residual_tolerance);

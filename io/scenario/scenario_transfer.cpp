@@ -172,7 +172,7 @@ Depths ScenarioBuilder<Dim>::depths() const {
 
 // Elastic bodies alone turn and bend for long: APIC takes nothing of these motions, where
 // relaxation stops them. With domains of particles affine velocities make energy at free surfaces,
-// and FLIP makes little noise.
+// and FLIP makes little noise. Steps are those of default_scheme().
 template <int Dim>
 bool ScenarioBuilder<Dim>::is_of_elastic_bodies() const {
   return mesh_ && !is_implicit(model_.analysis) && liquids_.empty() &&

@@ -22,8 +22,10 @@ const Section& scheme_settings_section() {
            .fallback = "false"},
           {.key = "beta",
            .kinds = number,
-           .help = "Newmark's parameter of the displacement. 0.25, the default, with gamma 0.5 is "
-                   "the rule of mean acceleration, which keeps the energy of linear systems. With "
+           .help = "Newmark's parameter of the displacement. Default (gamma + 0.5)^2 / 4, the "
+                   "least with which all steps are stable; with the preset cbgeo 0.25. 0.25 with "
+                   "gamma 0.5 is the rule of mean acceleration, which keeps the energy of linear "
+                   "systems. With "
                    "\"mpm_scheme\": \"projection\" the share of the pressure that acts before it "
                    "is corrected: 0 of fluids, 1 with a liquid in pores or with --as-cbgeo",
            .unit = "-",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -160,8 +161,74 @@ TEST_CASE("the account of water that sloshes closes with every transfer that dam
   }
 }
 
+// With musl its second mapping made energy of the load: a tenth of the work in 3 s with GIMP, and
+// the bar tore in cells half as large. Two oscillations with a period of 0.65 s are what the ramp
+// leaves, of 4 J of 8 kJ.
+TEST_CASE("an elastic bar stays as it is under a load that stretches it by 8 %, with defaults") {
+  const auto run = [](const std::string& functions, double cell) {
+    auto simulation = std::make_unique<Simulation>(model_by_default<2>(fmt::format(
+        R"({{
+        "mesh": {{"structured": {{"cell_size": {}, "extent": [0.5, 5]}},
+          "boundary_conditions": {{"velocity_constraints": [
+            {{"nset": "floor", "dir": "y", "velocity": 0}},
+            {{"nset": "sides", "dir": "x", "velocity": 0}}]}}}},
+        "sets": {{"nodes": {{
+          "floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+          "sides": {{"union": [{{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                              {{"half_space": {{"point": [0.5, 0], "normal": [-1, 0]}}}}]}}}},
+          "particles": {{"top": {{"box": {{"min": [0, {}], "max": [0.5, 4]}}}}}}}},
+        "math_functions": [{{"name": "ramp", "type": "Linear", "xvalues": [0, 1],
+                             "fxvalues": [0, 1]}}],
+        "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                       "poisson_ratio": 0.3}}],
+        "particles": [{{"generator": {{"type": "region", "material": 0,
+                       "region": {{"box": {{"min": [0, 0], "max": [0.5, 4]}}}}}}}}],
+        "external_loading_conditions": {{"particle_surface_traction": [
+          {{"pset": "top", "dir": 1, "traction": 1e5, "math_function_id": "ramp"}}]}},
+        "analysis": {{"shape_functions": "{}", "end_time": 2.5}}}})",
+        cell, 4 - 0.5 * cell, functions)));
+    simulation->run();
+    return simulation;
+  };
+  for (const std::string functions : {"quadratic_spline", "gimp", "cpdi", "cpdi2"})
+    for (const double cell : {0.25, 0.125}) {
+      const auto simulation = run(functions, cell);
+      const HistoryRow end = simulation->history();
+      CAPTURE(functions);
+      CAPTURE(cell);
+      CHECK(end.kinetic < 0.004 * end.internal);
+      CHECK(std::abs(end.balance) < 0.01 * end.external);
+    }
+}
+
+// With musl the same bodies tore: 0.74 of the force, and nothing in cells half as large.
+TEST_CASE("rubber that is pulled to 1.5 of its length holds the force of its law, with defaults") {
+  Simulation simulation(model_by_default<2>(R"({
+      "mesh": {"structured": {"cell_size": 0.25, "extent": [1, 7]},
+        "boundary_conditions": {"velocity_constraints": [
+          {"nset": "floor", "dir": "y", "velocity": 0}, {"nset": "sides", "dir": "x", "velocity": 0}],
+          "particles_velocity_constraints": [
+            {"pset": "top", "dir": "y", "velocity": 1, "math_function_id": "ramp"}]}},
+      "sets": {"nodes": {
+        "floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+        "sides": {"union": [{"half_space": {"point": [0, 0], "normal": [1, 0]}},
+                            {"half_space": {"point": [1, 0], "normal": [-1, 0]}}]}},
+        "particles": {"top": {"box": {"min": [0, 3.75], "max": [1, 4]}}}},
+      "math_functions": [{"name": "ramp", "type": "Linear", "xvalues": [0, 0.4, 9],
+                          "fxvalues": [0, 1, 1]}],
+      "materials": [{"type": "NeoHookean", "density": 1000, "youngs_modulus": 1e6,
+                     "poisson_ratio": 0.3}],
+      "particles": [{"generator": {"type": "region", "material": 0,
+                     "region": {"box": {"min": [0, 0], "max": [1, 4]}}}}],
+      "analysis": {"end_time": 2}})"));
+  simulation.run();
+  const HistoryRow end = simulation.history();
+  CHECK(end.kinetic < 0.01 * end.internal);
+  CHECK(std::abs(end.balance) < 0.05 * end.external);
+}
+
 // Affine velocities made nine tenths of it within half a second.
-TEST_CASE("elastic bodies keep their energy by default, with all functions") {
+TEST_CASE("elastic bodies make no energy by default, with all functions") {
   for (const char* functions : {"quadratic_spline", "gimp", "uniform_gimp", "cpdi", "cpdi2"}) {
     CAPTURE(functions);
     Simulation simulation(model_by_default<2>(fmt::format(
@@ -178,6 +245,8 @@ TEST_CASE("elastic bodies keep their energy by default, with all functions") {
         functions)));
     const double before = simulation.history().kinetic;
     simulation.run();
-    CHECK(std::abs(simulation.history().balance) < 0.05 * before);
+    const bool affine = std::string(functions) == "quadratic_spline";
+    CHECK(simulation.history().balance < 0.01 * before);
+    CHECK(simulation.history().balance > (affine ? -0.05 : -0.25) * before);  // FLIP, with usl
   }
 }

@@ -143,10 +143,22 @@ TEST_CASE("type and scheme have to agree, and in CB-Geo's input the type counts"
         "'mpm_scheme': newmark is run in place of usl, because 'type' is implicit\n");
 }
 
+TEST_CASE(
+    "beta follows gamma: Newmark's method is stable in all steps, or the scenario is doubted") {
+  const auto steps_of = [](const char* keys) {
+    return model_of(with_settings(keys)).analysis.implicit;
+  };
+  CHECK(steps_of(R"("gamma": 1)").beta == 0.5625);
+  CHECK(steps_of(R"("gamma": 0.5)").beta == 0.25);
+  CHECK(steps_of(R"("gamma": 1, "beta": 0.6)").beta == 0.6);
+  CHECK(warnings_of(scenario_of(with_settings(R"("gamma": 1, "beta": 0.25)"))) ==
+        "Newmark's method with beta 0.25 and gamma 1 is not stable in long steps\n");
+}
+
 TEST_CASE("numbers of implicit steps have bounds") {
   for (const auto& [keys, message] : std::initializer_list<std::pair<const char*, const char*>>{
-           {R"("beta": 0)", "'beta' must be greater than 0 and at most 0.5, found 0"},
-           {R"("beta": 0.51)", "'beta' must be greater than 0 and at most 0.5, found 0.51"},
+           {R"("beta": 0)", "'beta' must be greater than 0 and at most 1, found 0"},
+           {R"("beta": 1.01)", "'beta' must be at least 0 and at most 1, found 1.01"},
            {R"("gamma": 0.49)", "'gamma' must be at least 0.5 and at most 1, found 0.49"},
            {R"("gamma": 1.1)", "'gamma' must be at least 0.5 and at most 1, found 1.1"},
            {R"("max_iteration": 0)", "'max_iteration' must be at least 1, found 0"},

@@ -491,9 +491,16 @@ TEST_CASE("elastic bodies on equal boxes spin and bend: APIC, which relaxes noth
   for (const char* law : {R"("type": "LinearElastic")", R"("type": "NeoHookean")"}) {
     CHECK(analysis(law).affine == Affine::apic);
     CHECK(analysis(law).transfer.rates.empty());
+    CHECK(analysis(law).scheme == Scheme::usl);
+    CHECK(analysis(law, R"(, "shape_functions": "gimp")").scheme == Scheme::usl);
+    CHECK(analysis(law, R"(, "shape_functions": "gimp")").affine == Affine::none);
+    CHECK(analysis(law, R"(, "interface": true)").scheme == Scheme::musl);
+    CHECK(analysis(law, R"(, "shape_functions": "element")").scheme == Scheme::musl);
+    CHECK(analysis(law, R"(, "mpm_scheme": "musl")").scheme == Scheme::musl);
   }
   const Analysis yields = analysis(R"("type": "VonMises", "yield_stress": 1e8)");
   CHECK(yields.affine == Affine::none);
+  CHECK(yields.scheme == Scheme::musl);
   const Analysis elements =
       analysis(R"("type": "LinearElastic")", R"(, "shape_functions": "element")");
   CHECK(elements.affine == Affine::none);
