@@ -90,6 +90,7 @@ int CaseRun::run_time_loop(Simulation& simulation) {
   if (end.status == RunStatus::finished && outline_.analysis.until.on())
     end.message = tell_rest(info.rest, simulation.step());
   if (is_whole) warn_of_curved_cells(simulation);
+  if (end.status == RunStatus::finished) warn_of_balance(simulation.history(), info);
   report(simulation, info, end, wall, is_whole);
   if (trace_) {
     const Index records = trace_->finish();
@@ -192,6 +193,24 @@ std::string CaseRun::tell_rest(const RestState& rest, Index step) {
       "loose go on moving for long.",
       rest.imbalance < 0 ? "no test was due yet" : describe_rest(rest), wanted));
   return "";
+}
+
+void CaseRun::warn_of_balance(const HistoryRow& row, const SimulationInfo& info) {
+  constexpr double much = 0.2;
+  // Particles that come or go take energy along that no column has.
+  if (info.energy_scale == 0.0 || row.mass != info.mass_at_start) return;
+  const double put_in = std::max(info.energy_scale, row.external);
+  if (!(std::abs(row.balance) > much * put_in)) return;
+  warn(fmt::format(
+      "the energy does not close: {:.3g} J {}, {:.2g} times the {:.3g} J that were put in "
+      "('balance' of history.csv). Do not trust the results. Compare with half the time step and "
+      "half the cell{}.",
+      std::abs(row.balance),
+      row.balance > 0.0 ? "came out of nothing" : "were lost without a trace",
+      std::abs(row.balance) / put_in, put_in,
+      outline_.analysis.scheme == Scheme::usl || outline_.analysis.scheme == Scheme::usf
+          ? ", and with \"mpm_scheme\": \"musl\""
+          : ""));
 }
 
 void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const RunEnd& end,

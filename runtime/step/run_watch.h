@@ -31,6 +31,8 @@ class RunWatch {
   void begin(const HistoryRow& start);
   void resume(const WatchdogState& state);
   const WatchdogState& state() const { return judge_.state; }
+  /// WatchdogJudge::energy_scale(); 0 where nobody watches.
+  double energy_scale(double mass) const { return judge_.on() ? judge_.energy_scale(mass) : 0.0; }
 
   /// Whether sums and volumes are looked at after a step.
   bool due(Step step) const { return judge_.on() && (step + 1) % watch_steps == 0; }

@@ -400,6 +400,8 @@ SimulationInfo SimulationDriver<Dim>::info() const {
   info.tasks_per_step = static_cast<int>(phases_.size()) * info.patches + (graph().has_dt ? 1 : 0);
   info.cells_per_patch = patches_.target_cells();
   info.splits = static_cast<Index>(patches_.splits().size());
+  info.mass_at_start = history_.start().mass;
+  info.energy_scale = watch_.energy_scale(info.mass_at_start);
   info.dt_limit = limits_.present(ranks_);
   info.dt = time_.dt_of(step_);
   info.bytes = static_cast<std::size_t>(ranks_.sum(static_cast<Index>(patches_.bytes())));

@@ -126,14 +126,17 @@ std::optional<WatchdogAlarm> WatchdogJudge::judge(const HistoryRow& row, double 
                                            bounds_.compression, bounds_.expansion)};
 }
 
+double WatchdogJudge::energy_scale(double mass) const {
+  return std::max(state.put_in, mass * (0.5 * std::pow(small_strain * scales_.waves, 2) +
+                                        0.5 * small_fall * std::pow(scales_.fall, 2)));
+}
+
 std::optional<WatchdogAlarm> WatchdogJudge::judge_energy(const HistoryRow& row,
                                                          double kinetic_at_start) const {
-  const double small = row.mass * (0.5 * std::pow(small_strain * scales_.waves, 2) +
-                                   0.5 * small_fall * std::pow(scales_.fall, 2));
   // What stresses gave cannot be more than what they held.
   const double made = row.kinetic - kinetic_at_start + row.damping - row.external +
                       std::max(row.internal, -state.stored);
-  const double put_in = std::max(state.put_in, small), ratio = made / put_in;
+  const double put_in = energy_scale(row.mass), ratio = made / put_in;
   if (bounds_.energy <= 0 || !(ratio > bounds_.energy)) return {};
   return WatchdogAlarm{
       .kind = WatchdogAlarm::Kind::energy,

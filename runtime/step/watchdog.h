@@ -57,6 +57,9 @@ class WatchdogJudge {
   std::optional<WatchdogAlarm> judge(const HistoryRow& row, double kinetic_at_start, bool strained);
   /// With an adaptive step that begins at `time` [s]. May be called beside judge().
   std::optional<WatchdogAlarm> judge_step(Step step, double time, double dt);
+  /// [J] What energies of a body of that mass [kg] are compared with: what was put in, or what
+  /// makes small strains and falls.
+  double energy_scale(double mass) const;
   /// Whether an alarm of an earlier run would not be one with these bounds.
   bool allows(const WatchdogAlarm& alarm) const;
 
