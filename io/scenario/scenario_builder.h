@@ -216,6 +216,7 @@ class ScenarioBuilder {
   void read_places(const JsonValue& entry, Gauge& gauge);
   std::vector<std::string> field_names() const;  ///< of particles, that frames may have
   void check_fields(const JsonValue& given);
+  void warn_of_mixed_fields(const JsonValue& given);
   void read_node_fields(const JsonValue& given);
   void read_maps(const JsonValue& given);
   // scenario_rigid_bodies.cpp
@@ -292,6 +293,7 @@ class ScenarioBuilder {
   void build_velocity_update(const JsonValue& analysis);
   void build_transfer_rates();  ///< after the bodies
   bool is_of_elastic_bodies() const;
+  std::string default_scheme(const JsonValue& analysis) const;
   void build_default_transfer();
   Depths depths() const;  ///< collective
   double speed_of(const Material& material) const;
@@ -418,6 +420,14 @@ class ScenarioBuilder {
   std::vector<Index> rows_in_material(const std::vector<Index>& thin, bool all_cells) const;
   void warn_of_thin_supports();
   void warn_of_thin_drains();
+  // scenario_doubts_loads.cpp
+  void warn_of_lost_loads();
+  void warn_of_forces_on_nothing();
+  // scenario_doubts_volumes.cpp
+  void warn_of_missing_volumes();  ///< before particles without a volume get theirs; collective
+  void warn_of_partly_filled_cells(const std::vector<bool>& is_file);
+  void warn_of_large_volumes();
+  void warn_of_small_gauges();
   // scenario_doubts_bodies.cpp
   bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM
   void warn_of_bonds();

@@ -58,6 +58,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_gravity_upward();
   warn_of_small_strength();
   warn_of_distant_gauges();
+  warn_of_small_gauges();
   warn_of_open_sides();
   warn_of_distant_bodies();
   warn_of_fine_maps();
@@ -66,6 +67,9 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_holes();
   warn_of_cut_polygons();
   warn_of_thick_loads();
+  warn_of_lost_loads();
+  warn_of_forces_on_nothing();
+  warn_of_large_volumes();
   warn_of_lost_foundations();
   warn_of_rough_fields();
   warn_of_no_load();

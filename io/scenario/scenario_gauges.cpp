@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "io/base/text.h"
 #include "io/scenario/scenario_builder.h"
@@ -105,7 +106,10 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
     if (const int material = find_material(entry, false); material >= 0)
       gauge.material = static_cast<int>(model_.materials[static_cast<std::size_t>(material)].id);
   gauge.fields = get_texts(entry, "fields");
-  if (const JsonValue* fields = entry.find("fields")) check_fields(*fields);
+  if (const JsonValue* fields = entry.find("fields")) {
+    check_fields(*fields);
+    if (gauge.kind == GaugeKind::points && gauge.material < 0) warn_of_mixed_fields(*fields);
+  }
   gauge.of_set = entry.find("pset");
   if (gauge.of_set) {
     auto ids = from_all(members(entry, "pset_id", "pset", sets_.particles));
@@ -196,6 +200,35 @@ std::vector<std::string> ScenarioBuilder<Dim>::field_names() const {
     known.emplace_back(variable->name);
   for (const DerivedField& field : derived_fields) known.emplace_back(field.name);
   return known;
+}
+
+// Materials that lack a state variable have zeros in its column.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_mixed_fields(const JsonValue& given) {
+  if (!given.is<JsonValue::Array>()) return;
+  std::set<int> liquids;  // no particle has them as its material
+  for (const auto& [skeleton, liquid] : liquids_) liquids.insert(liquid);
+  for (const JsonValue& name : given.as<JsonValue::Array>()) {
+    if (!name.is<std::string>()) continue;
+    bool any = false;
+    std::vector<std::string> without;
+    for (std::size_t m = 0; m < model_.materials.size(); ++m) {
+      if (liquids.contains(static_cast<int>(m))) continue;
+      const auto variables = state_variables(model_.materials[m].law);
+      if (std::ranges::any_of(variables, [&](const StateVariable& variable) {
+            return variable.name == name.as<std::string>();
+          }))
+        any = true;
+      else
+        without.push_back(model_.materials[m].name);
+    }
+    if (any && !without.empty())
+      in_.warning(name,
+                  fmt::format("{} is 0 in particles of {}, which the mean of this gauge takes in, "
+                              "too",
+                              json_quoted(name.as<std::string>()), join(without)),
+                  "name the 'material' whose particles are meant; \"mean_stress\" is there in all");
+  }
 }
 
 template <int Dim>

@@ -36,6 +36,7 @@ struct ScenarioInput {
   std::vector<ModelMark>* marks = nullptr;  ///< to be filled, unless null
   std::vector<std::uint64_t> classes = {};  ///< Scenario::classes
   std::string stage = {};  ///< which one, in messages; empty = the first, or there are none
+  std::vector<std::string> own_loads = {};  ///< keys of external_loading_conditions it writes
   /// Of this stage and those before: generators at the end of `particles`, and new materials.
   std::size_t placed = 0;
   std::vector<JsonValue> given_materials = {};

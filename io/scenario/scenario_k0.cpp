@@ -31,15 +31,15 @@ std::optional<double> jaky(const Law& law) {
   return sine ? std::optional(1.0 - *sine) : std::nullopt;
 }
 
-/// The least and the largest ratio that soil bears (Rankine 1857), with some room; of soil without
-/// cohesion. Others bear more, near to the ground.
+/// The least and the largest ratio that soil bears (Rankine 1857); of soil without cohesion. Others
+/// bear more, near to the ground.
 std::pair<double, double> rankine(const Law& law) {
-  constexpr double room = 1.05, most_of_any = 5;
+  constexpr double most_of_any = 5;
   const auto sine = sine_of_friction(law);
   const auto* soil = std::get_if<MohrCoulomb>(&law);
   if (!sine || !soil || soil->cohesion > 0 || *sine == 0) return {0, most_of_any};
   const double active = (1 - *sine) / (1 + *sine);
-  return {active / room, room / active};
+  return {active, 1 / active};
 }
 
 }  // namespace
@@ -49,8 +49,9 @@ template <int Dim>
 double ScenarioBuilder<Dim>::k0_of(const Material& material, const JsonValue& given) {
   if (shear_wave_modulus(material.law) == 0) return 1.0;  // a fluid
   if (const auto number = get_number(given, "k0")) {
+    constexpr double room = 1.05;  // for ratios of two digits
     const auto [least, most] = rankine(material.law);
-    if (*number < least || *number > most)
+    if (*number < least / room || *number > most * room)
       in_.warning(*given.find("k0"),
                   fmt::format("'k0' is {:g}, which the material {} does not bear: {:.2g} to {:.2g}",
                               *number, material.name, least, most),

@@ -277,6 +277,7 @@ void ScenarioBuilder<Dim>::assign_volumes() {
       const auto at = static_cast<std::size_t>(i);
       p.volume[at] = volume / depth(at);
     });
+  warn_of_missing_volumes();
   if (mesh_) share_volumes<Dim>(*mesh_, team_, p);
   for (std::size_t i = 0; i < p.x.size(); ++i) p.volume[i] *= depth(i);
 }

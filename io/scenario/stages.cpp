@@ -211,6 +211,9 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
     JsonValue patch = stages.as<JsonValue::Array>().at(k);
     take_operations(patch, k == stage, in);
     std::erase_if(std::get<Object>(patch.data), [](const auto& m) { return m.key == "name"; });
+    if (const JsonValue* loads = patch.find("external_loading_conditions");
+        k == stage && loads && loads->is<Object>())
+      for (const JsonValue::Member& load : loads->as<Object>()) in.own_loads.push_back(load.key);
     merge_patch(in.document.root, patch);
   }
   if (const JsonValue* now = in.document.root.find("materials"))

@@ -172,6 +172,48 @@ TEST_CASE("gauges outside of the mesh are warned of, with how many places and wh
   CHECK(said(R"({"name": "s", "type": "section", "from": [0], "to": [10], "places": 9})") == "");
 }
 
+TEST_CASE("a gauge whose radius is below the distance of particles is warned of") {
+  const auto said = [](const char* radius) {
+    return warnings_of({.gauges = fmt::format(R"({{"name": "p", "type": "point", "at": [4, 1],
+                                                  "fields": ["velocity"]{}}})",
+                                              radius)});
+  };
+  CHECK(warns(said(R"(, "radius": 0.1)"),
+              "the radius of the gauge 'p', 0.1 m, is below the distance of particles, 0.25 m"));
+  CHECK(said(R"(, "radius": 0.25)") == "");
+  CHECK(said("") == "");
+}
+
+TEST_CASE("a gauge of a variable that some materials lack is warned of, but for one material not") {
+  const auto said = [](const char* gauge) {
+    std::string all;
+    for (const auto& warning : read_scenario_text(fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 1, "extent": [4, 4]}}}},
+      "materials": [
+        {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e6,
+          "dynamic_viscosity": 1e-3}},
+        {{"name": "rock", "type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+          "poisson_ratio": 0.2}}],
+      "particles": [
+        {{"generator": {{"type": "region", "material": "water",
+                         "region": {{"box": {{"min": [0, 2], "max": [4, 3]}}}}}}}},
+        {{"generator": {{"type": "region", "material": "rock",
+                         "region": {{"box": {{"min": [0, 0], "max": [4, 2]}}}}}}}}],
+      "analysis": {{"end_time": 1}},
+      "post_processing": {{"gauges": [{{"name": "p", "type": "point", "at": [2, 2], {}}}]}}}})",
+                                                              gauge),
+                                                  "")
+                                   .warnings)
+      all += warning.message + '\n';
+    return all;
+  };
+  CHECK(
+      warns(said(R"("fields": ["pressure"])"),
+            "\"pressure\" is 0 in particles of rock, which the mean of this gauge takes in, too"));
+  CHECK(!warns(said(R"("fields": ["pressure"], "material": "water")"), "is 0 in particles"));
+  CHECK(!warns(said(R"("fields": ["mean_stress", "velocity"])"), "is 0 in particles"));
+}
+
 TEST_CASE("maps whose cells are small for the distance of particles are warned of") {
   const auto said = [](const char* size) {
     return warnings_in_space("[0, 0, -9.81]", fmt::format(R"("maps": {{"cell_size": {}}})", size));

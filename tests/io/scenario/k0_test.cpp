@@ -75,6 +75,55 @@ TEST_CASE("a stress at the beginning that a soil does not bear is warned of") {
   CHECK(said("3.1").find("does not bear") != std::string::npos);
 }
 
+namespace {
+
+/// Warnings of 3 m of soil with this law, at rest: up to 54 kPa.
+std::string said_at_rest(const std::string& law, const std::string& k0 = "0.7") {
+  return warnings_of(read_scenario_text(fmt::format(R"({{
+      "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 6]}},
+                "particles_stresses": {{"type": "k0", "k0": {}}}}},
+      "materials": [{{"name": "soil", "density": 1800, {}}}],
+      "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "soil",
+                                     "region": {{"box": {{"max": [4, 3]}}}}}}}}],
+      "external_loading_conditions": {{"gravity": [0, -10]}},
+      "analysis": {{"dt": 1e-4, "nsteps": 1}}}})",
+                                                    k0, law),
+                                        ""));
+}
+
+}  // namespace
+
+TEST_CASE("so are stresses of ground at rest beyond the yield surface of clay and critical sand") {
+  const auto clay = [](const std::string& pc0) {
+    return said_at_rest(R"("type": "ModifiedCamClay", "youngs_modulus": 1e7, "poisson_ratio": 0.3,
+      "p_ref": 1e5, "e_ref": 1, "ocr": 1, "m": 1, "lambda": 0.2, "kappa": 0.04, "pc0": )" +
+                        pc0);
+  };
+  const auto sand = [](const std::string& image) {
+    return said_at_rest(R"("type": "NorSand", "poisson_ratio": 0.2, "reference_pressure": 1e5,
+      "friction_cs": 27, "N": 0.3, "lambda": 0.11, "kappa": 0.03, "gamma": 1.3, "chi": 3.5,
+      "hardening_modulus": 200, "void_ratio_initial": 0.85, "p_image_initial": )" +
+                        image);
+  };
+  const std::string not_borne = "'soil' does not bear the stress at the beginning at ";
+  CHECK(says(clay("2e4"), not_borne));
+  CHECK_FALSE(says(clay("2e5"), not_borne));
+  CHECK(says(sand("5e3"), not_borne));
+  CHECK_FALSE(says(sand("1e5"), not_borne));
+}
+
+TEST_CASE("K0 beyond Rankine's stresses is warned of, with these") {
+  const auto sand = [](const std::string& k0) {
+    return said_at_rest(R"("type": "MohrCoulomb", "youngs_modulus": 1e7, "poisson_ratio": 0.3,
+      "friction": 30, "dilation": 0, "cohesion": 0, "tension_cutoff": 0)",
+                        k0);
+  };
+  const std::string not_borne = "which the material soil does not bear: 0.33 to 3";
+  CHECK(says(sand("0.3"), not_borne));
+  CHECK(says(sand("3.5"), not_borne));
+  CHECK_FALSE(says(sand("0.33"), "does not bear"));  // 1/3 with two digits
+}
+
 TEST_CASE("level layers at rest have the weight above them, and K0 of it across") {
   for (const double surcharge : {0.0, 1000.0}) {
     const Model<2> model = ground({.more = fmt::format(R"(, "surcharge": {})", surcharge)});

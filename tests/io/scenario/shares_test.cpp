@@ -253,9 +253,9 @@ TEST_CASE("shares of several generators are together what one process makes") {
   folder.write("case.json", scenario(R"("entity_sets": "sets.json",)", particles));
   const Scenario whole = check_shares(folder.path / "case.json");
   // An empty set, particles at one place, a set that entity sets and a generator make, cells with
-  // one particle, two pairs of generators that fill the same place, and two tractions that are not
-  // on a surface.
-  CHECK(whole.warnings.size() == 8);
+  // one particle, cells with fewer particles than most, two pairs of generators that fill the same
+  // place, and two tractions that are not on a surface.
+  CHECK(whole.warnings.size() == 9);
   CHECK(std::get<Model<2>>(whole.model).tractions[1].particles.size() == 1200);
 }
 
@@ -269,6 +269,20 @@ TEST_CASE("members of a team find the same single rows of nodes") {
       {R"(sets.nodes={"row":{"box":{"min":[2,0],"max":[2,3]}}})",
        R"(mesh.boundary_conditions.velocity_constraints=[{"nset":"row","dir":"x","velocity":0}])"});
   CHECK(format_problems(whole.warnings).find("31 nodes, at x = 2, do not hold") !=
+        std::string::npos);
+}
+
+TEST_CASE("members of a team find the same nodes with a force and without material") {
+  const Folder folder;
+  folder.write("case.json", scenario("", R"(
+    {"generator": {"type": "region", "per_cell": 2, "material": "soft", "pset_id": 4,
+                   "region": {"box": {"min": [0, 0], "max": [2, 3]}}}})"));
+  const Scenario whole = check_shares(
+      folder.path / "case.json",
+      {R"(sets.nodes={"far":{"box":{"min":[3,0],"max":[3,3]}}})",
+       R"(external_loading_conditions.concentrated_nodal_forces=[{"nset":"far","dir":"x",)"
+       R"("force":1}])"});
+  CHECK(format_problems(whole.warnings).find("31 of the 31 nodes with a force") !=
         std::string::npos);
 }
 

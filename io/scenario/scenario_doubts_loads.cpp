@@ -1,0 +1,144 @@
+// Warnings of loads that are there, but do not act: they begin at zero again in a stage, or lie on
+// nodes without material.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <string_view>
+
+#include "io/scenario/scenario_builder.h"
+
+namespace lahar {
+
+namespace {
+
+/// Whether a load begins with less than half of what it ends with.
+bool begins_low(const MathFunction& function) {
+  constexpr double low = 0.5;
+  return function.kind == MathFunction::Kind::linear && !function.integrated &&
+         !function.f.empty() && std::abs(function.value(0)) < low * std::abs(function.f.back());
+}
+
+}  // namespace
+
+// Time begins at zero in each stage. What the ground bore at the end of the stage before is gone at
+// once where a ramp begins anew. A stage that writes the load itself means it.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_lost_loads() {
+  if (in_.stage.empty()) return;
+  const JsonValue& loads = section("external_loading_conditions");
+  const auto inherited = [&](std::string_view key) -> const JsonValue* {
+    const auto& own = in_.own_loads;
+    return std::find(own.begin(), own.end(), key) == own.end() ? loads.find(key) : nullptr;
+  };
+  const auto is_low = [&](int function) {
+    return function >= 0 && begins_low(model_.functions[static_cast<std::size_t>(function)]);
+  };
+  const JsonValue* gravity = inherited("gravity");
+  if (gravity && model_.gravity.norm() > 0 && is_low(model_.gravity_function))
+    in_.warning(
+        *gravity,
+        fmt::format("gravity begins at zero again and grows until {:g} s, as in the stage "
+                    "before: the ground loses its weight when this stage begins",
+                    model_.functions[static_cast<std::size_t>(model_.gravity_function)].x.back()),
+        fmt::format("write in external_loading_conditions of this stage \"gravity\": "
+                    "{{\"ramping_time\": null}}, or its own \"gravity\": [{:g}]",
+                    fmt::join(std::span(model_.gravity.data(), Dim), ", ")));
+  for (const std::string_view key :
+       {std::string_view("particle_surface_traction"), NodeForce::key}) {
+    const JsonValue* given = inherited(key);
+    if (!given) continue;
+    std::vector<const JsonValue*> entries = get_list(loads, key);
+    if (given->is<JsonValue::Object>()) entries = {given};
+    const auto lost = std::count_if(entries.begin(), entries.end(), [&](const JsonValue* entry) {
+      return is_low(find_function(*entry));
+    });
+    if (lost == 0) continue;
+    in_.warning(*given,
+                fmt::format("{} of the {} entries of '{}' grow with time again, as in the stage "
+                            "before: the ground loses these loads when this stage begins",
+                            lost, entries.size(), key),
+                fmt::format("write \"{}\" in external_loading_conditions of this stage, without "
+                            "'math_function_id' or with a function that begins with the whole load",
+                            key));
+  }
+}
+
+// A node without particles around has no mass that a force could move. Smooth functions of a node
+// reach into the next cells but one.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_forces_on_nothing() {
+  const JsonValue* given = section("external_loading_conditions").find(NodeForce::key);
+  // In later stages, and where particles come in, they are elsewhere.
+  if (!given || !in_.stage.empty() || !model_.injections.empty()) return;
+  const bool smooth = model_.analysis.functions != ShapeFunctions::element;
+  if (smooth && !(mesh_->is_structured() && mesh_->is_multilinear())) return;
+  const auto sort_nodes = [](std::vector<Index>& ids) {
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  };
+  std::vector<Index> own;
+  for (const NodeForce& load : entries_of<NodeForce>(model_))
+    if (load.force != 0) own.push_back(load.node);
+  sort_nodes(own);
+  std::vector<Index> loaded = joined(team_.gather(own));
+  sort_nodes(loaded);
+  if (loaded.empty()) return;
+  // The nodes of a block around a node; without smooth functions the node alone.
+  const auto around = [&](Index node, auto&& visit) {
+    if (!smooth) return visit(node);
+    const auto counts = mesh_->counts();
+    std::array<Index, static_cast<std::size_t>(Dim)> at, stride;
+    for (std::size_t d = 0, step = 1; d < at.size(); ++d) {
+      const auto n = static_cast<std::size_t>(counts[d]) + 1;
+      stride[d] = static_cast<Index>(step);
+      at[d] = node / stride[d] % static_cast<Index>(n);
+      step *= n;
+    }
+    for (int k = 0; k < (Dim == 2 ? 9 : 27); ++k) {
+      Index other = node;
+      bool inside = true;
+      for (std::size_t d = 0, rest = static_cast<std::size_t>(k); d < at.size(); ++d, rest /= 3) {
+        const Index by = static_cast<Index>(rest % 3) - 1;
+        inside = inside && at[d] + by >= 0 && at[d] + by <= counts[d];
+        other += by * stride[d];
+      }
+      if (inside) visit(other);
+    }
+  };
+  std::vector<Index> nodes;
+  for (const Index node : loaded) around(node, [&](Index one) { nodes.push_back(one); });
+  sort_nodes(nodes);
+  std::vector<double> filled(nodes.size(), 0.0);  // 1: a cell of the node has particles
+  std::vector<Index> cells = model_.particles.cell;
+  sort_nodes(cells);
+  const auto mesh = mesh_with(cells);
+  for (const Index cell : cells)
+    for (const Index node : mesh->element_nodes(cell)) {
+      const auto at = std::lower_bound(nodes.begin(), nodes.end(), node);
+      if (at != nodes.end() && *at == node)
+        filled[static_cast<std::size_t>(at - nodes.begin())] = 1.0;
+    }
+  filled = team_.most(std::move(filled));
+  const auto lost = std::count_if(loaded.begin(), loaded.end(), [&](Index node) {
+    bool empty = true;
+    around(node, [&](Index one) {
+      const auto at = std::lower_bound(nodes.begin(), nodes.end(), one);
+      empty = empty && filled[static_cast<std::size_t>(at - nodes.begin())] == 0.0;
+    });
+    return empty;
+  });
+  if (lost == 0) return;
+  in_.warning(*given,
+              fmt::format("{} of the {} nodes with a force have no material around them at the "
+                          "beginning: these forces move nothing",
+                          lost, loaded.size()),
+              "take nodes of cells that hold particles, or a load on particles, "
+              "particle_surface_traction");
+}
+
+}  // namespace lahar
+
+#include "io/scenario/scenario_builder_instances.h"

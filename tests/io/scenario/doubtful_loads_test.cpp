@@ -1,0 +1,93 @@
+// Warnings of loads that do not act: those that begin at zero again in a stage, and forces on nodes
+// without material. And silence where they do.
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <string>
+
+#include "io/scenario/scenario.h"
+#include "tests/io/scenario/said.h"
+
+using namespace lahar;
+using namespace lahar::test;
+
+namespace {
+
+/// Soil in the lower left quarter of a mesh, with loads; `stage` is what its second stage changes.
+struct Loaded {
+  std::string loads, stage = "", functions = "element", values = "[0, 1]";
+};
+
+std::string said_of(const Loaded& c, std::size_t stage = 0) {
+  return warnings_of(read_scenario_text(
+      fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}},
+      "boundary_conditions": {{"velocity_constraints": [
+        {{"nset": "floor", "dir": "y", "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                         "edge": {{"box": {{"min": [2, 0], "max": [2, 4]}}}},
+                         "face": {{"box": {{"min": [2, 0], "max": [2, 2]}}}},
+                         "far": {{"box": {{"min": [3.5, 0], "max": [3.5, 4]}}}}}},
+              "particles": {{"top": {{"box": {{"min": [0, 1.75], "max": [2, 2]}}}}}}}},
+    "materials": [{{"name": "soil", "density": 2000, "type": "LinearElastic",
+                    "youngs_modulus": 1e7, "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "soil",
+                     "region": {{"box": {{"max": [2, 2]}}}}}}}}],
+    "math_functions": [{{"name": "grow", "type": "Linear", "xvalues": [0, 1], "fxvalues": {}}}],
+    "external_loading_conditions": {{{}}},
+    "analysis": {{"nsteps": 1, "shape_functions": "{}"}},
+    "stages": [{{"name": "rest"}}, {{"name": "go"{}}}]}})",
+                  c.values, c.loads, c.functions, c.stage),
+      "", {.overrides = {}, .stage = stage}));
+}
+
+std::string pushing(const std::string& nset) {
+  return fmt::format(R"("concentrated_nodal_forces": [{{"nset": "{}", "dir": "x", "force": -10}}])",
+                     nset);
+}
+
+}  // namespace
+
+TEST_CASE("forces on nodes without material are warned of, with how many") {
+  const std::string nothing = "with a force have no material around them at the beginning";
+  CHECK_FALSE(says(said_of({.loads = pushing("face")}), nothing));
+  CHECK(says(said_of({.loads = pushing("edge")}), "4 of the 9 nodes " + nothing));
+  CHECK(says(said_of({.loads = pushing("far")}), "9 of the 9 nodes " + nothing));
+  // Smooth functions reach into the next cells.
+  CHECK(says(said_of({.loads = pushing("edge"), .functions = "quadratic_spline"}),
+             "3 of the 9 nodes " + nothing));
+  CHECK_FALSE(says(said_of({.loads = pushing("far")}, 1), nothing));  // it may have moved there
+}
+
+TEST_CASE("gravity that grows again in a stage is warned of, with the stage") {
+  const std::string again = "gravity begins at zero again and grows until 0.5 s",
+                    ramp = R"("gravity": {"gravity": [0, -10], "ramping_time": 0.5})";
+  CHECK(says(said_of({.loads = ramp}, 1), "stage go: " + again));
+  CHECK_FALSE(says(said_of({.loads = ramp}), again));
+  CHECK_FALSE(says(said_of({.loads = R"("gravity": [0, -10])"}, 1), again));
+  for (const char* own : {R"({"ramping_time": null})", "[0, -10]"})
+    CHECK_FALSE(says(said_of({.loads = ramp,
+                              .stage = fmt::format(
+                                  R"(, "external_loading_conditions": {{"gravity": {}}})", own)},
+                             1),
+                     again));
+  const std::string other =
+      fmt::format(R"(, "external_loading_conditions": {{{}}})", pushing("face"));
+  CHECK(says(said_of({.loads = ramp, .stage = other}, 1), again));
+}
+
+TEST_CASE("so are loads that grow again, but not pulses") {
+  const std::string loads = R"("gravity": [0, -10], "particle_surface_traction": [
+    {"pset": "top", "dir": "y", "traction": -5000, "math_function_id": "grow"},
+    {"pset": "top", "dir": "x", "traction": 500}])";
+  const std::string again = "grow with time again";
+  CHECK(says(said_of({.loads = loads}, 1),
+             "stage go: 1 of the 2 entries of 'particle_surface_traction' " + again));
+  CHECK_FALSE(says(said_of({.loads = loads}), again));
+  CHECK_FALSE(says(said_of({.loads = loads, .values = "[1, 0]"}, 1), again));
+  CHECK_FALSE(says(said_of({.loads = loads, .values = "[0.8, 1]"}, 1), again));
+  CHECK_FALSE(says(said_of({.loads = loads, .stage = R"(, "external_loading_conditions": {
+                              "particle_surface_traction": [{"pset": "top", "dir": "y",
+                                "traction": -5000, "math_function_id": "grow"}]})"},
+                           1),
+                   again));
+}
