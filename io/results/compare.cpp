@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <fstream>
 #include <limits>
 #include <numeric>
@@ -57,6 +58,34 @@ const Field* find_field(const std::vector<Field>& fields, const std::string& nam
   for (const Field& field : fields)
     if (field.name == name) return &field;
   return nullptr;
+}
+
+/// Components that are columns of their own, as in tables, become the field that they are in the
+/// other frame. Values of such fields are put into `kept`.
+void join_components(std::vector<Field>& fields, const std::vector<Field>& other, std::size_t rows,
+                     std::deque<std::vector<double>>& kept) {
+  for (const Field& whole : other) {
+    const auto components = static_cast<std::size_t>(whole.components);
+    if (components == 1 || find_field(fields, whole.name)) continue;
+    const auto suffixes = component_names(whole.components);
+    std::vector<std::string> names;
+    std::vector<const double*> columns;
+    for (std::size_t k = 0; k < components; ++k) {
+      names.push_back(whole.name + '_' + (suffixes.empty() ? std::to_string(k) : suffixes[k]));
+      if (const Field* one = find_field(fields, names.back()); one && one->components == 1)
+        columns.push_back(one->values);
+    }
+    if (columns.size() < components) continue;
+    std::vector<double>& values = kept.emplace_back(rows * components);
+    for (std::size_t i = 0; i < rows; ++i)
+      for (std::size_t k = 0; k < components; ++k) values[i * components + k] = columns[k][i];
+    std::erase_if(fields, [&](const Field& field) {
+      return std::find(names.begin(), names.end(), field.name) != names.end();
+    });
+    Field joined = whole;
+    joined.values = values.data();
+    fields.push_back(joined);
+  }
 }
 
 /// Rows of the same particle on both sides.
@@ -206,7 +235,11 @@ Comparison compare(const Frame& a, const Frame& b, const Tolerances& tolerances)
   result.matched = static_cast<Index>(matches.size());
   const std::vector<double> material_a(a.material.begin(), a.material.end());
   const std::vector<double> material_b(b.material.begin(), b.material.end());
-  compare_fields(fields_of(a, material_a), fields_of(b, material_b), matches, result);
+  std::vector<Field> fields_a = fields_of(a, material_a), fields_b = fields_of(b, material_b);
+  std::deque<std::vector<double>> kept;
+  join_components(fields_a, fields_b, a.id.size(), kept);
+  join_components(fields_b, fields_a, b.id.size(), kept);
+  compare_fields(fields_a, fields_b, matches, result);
   const bool fields_pass =
       std::all_of(result.fields.begin(), result.fields.end(), [](const FieldDifference& d) {
         return d.verdict == FieldDifference::Verdict::same ||

@@ -64,7 +64,8 @@ struct Comparison {
 
 /// Compare by particle id. Mass, volume, coordinates, displacement, velocity, stress, strain and
 /// state variables (svars_k) must exist on both sides or on none; other fields are compared where
-/// both sides have them, materials exactly. A NaN or infinity anywhere is a difference.
+/// both sides have them, materials exactly. Components that are columns of their own on one side,
+/// as in tables, are the field that the other side has. A NaN or infinity anywhere is a difference.
 Comparison compare(const Frame& a, const Frame& b, const Tolerances& tolerances = {});
 
 /// Particle state from a run folder (last frame unless `step` is given), a frame (.hdf) or a table

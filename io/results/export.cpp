@@ -11,6 +11,10 @@
 #include "io/frames/vtu.h"
 #include "io/results/cbgeo_export.h"
 #include "io/results/free_surface.h"
+#include "io/run/checkpoint.h"
+#include "io/run/history.h"
+#include "io/run/manifest.h"
+#include "io/run/removed.h"
 #include "io/run/run_folder.h"
 #include "physics/base/error.h"
 
@@ -40,6 +44,34 @@ Destination destination(const fs::path& source, const fs::path& output, std::str
     throw InputError({problem});
   }
   return {output.parent_path(), output};
+}
+
+/// Throws InputError where a file is one that a run wrote, and not an export of it.
+void refuse_files_of_run(const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(file, error)) return;
+  const fs::path place = fs::weakly_canonical(file, error);
+  const fs::path folder = place.parent_path();
+  const std::string name = place.filename().string(), within = folder.filename().string();
+  const bool table = name == "history.csv" || name == rigid_bodies_file || name == removed_file;
+  const bool results = within == "gauges" || within == "maps" || within == "bodies" ||
+                       folder == checkpoint_folder(folder.parent_path());
+  if ((table && is_run_folder(folder)) || (results && is_run_folder(folder.parent_path())))
+    throw InputError(
+        {Problem{.message = fmt::format("{} is a file of the run: it would be lost", file.string()),
+                 .hint = "choose another name, or leave out --output: files then go to the folder "
+                         "export of the run"}});
+}
+
+/// Of a grid that is finer than the particles.
+std::vector<Problem> doubts_of_spacing(const Frame& frame, double spacing) {
+  const SurfaceSpacings sensible = surface_spacings(frame);
+  if (spacing <= 0 || spacing >= 0.99 * sensible.finest) return {};  // of what is printed below
+  return {Problem{.message = fmt::format("--spacing {:.3g} is finer than the particles lie: the "
+                                         "surface has holes between them",
+                                         spacing),
+                  .hint = fmt::format("give at least {:.3g}; without --spacing it is {:.3g} m",
+                                      sensible.finest, sensible.usual)}};
 }
 
 const char* extension_of(ExportFormat format) {
@@ -83,7 +115,7 @@ std::vector<FrameFile> chosen_frames(const fs::path& source, const FrameChoice& 
 }
 
 std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, FrameChoice choice,
-                                 fs::path output, double spacing) {
+                                 fs::path output, double spacing, std::vector<Problem>* warnings) {
   const std::string_view extension = extension_of(format);
   std::vector<FrameFile> frames = chosen_frames(source, choice);
   CbgeoRun run;
@@ -103,11 +135,14 @@ std::vector<fs::path> export_run(const fs::path& source, ExportFormat format, Fr
       file =
           to.folder / (format == ExportFormat::cbgeo ? cbgeo_file_name(frame.step - 1, run.nsteps)
                                                      : frame_name(frame.step, extension));
+    refuse_files_of_run(file);
     if (format == ExportFormat::csv) write_csv(frame, file);
     if (format == ExportFormat::vtu) write_vtu(frame, file);
     if (format == ExportFormat::cbgeo) write_cbgeo(frame, run, file);
     if (format == ExportFormat::stl) write_stl(free_surface(frame, {spacing}), file);
     if (format == ExportFormat::vtp) write_vtp<3>(free_surface(frame, {spacing}), frame.time, file);
+    const bool surface = format == ExportFormat::stl || format == ExportFormat::vtp;
+    if (surface && warnings && warnings->empty()) *warnings = doubts_of_spacing(frame, spacing);
     written.push_back(file);
     index.push_back({frame.time, file.filename().string()});
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "io/base/problems.h"
 #include "io/run/run_folder.h"
 
 namespace lahar {
@@ -33,10 +34,11 @@ std::vector<FrameFile> chosen_frames(const std::filesystem::path& source,
 /// particles_STEP.stl or .vtp with the free surface; or, for a single frame, a file name with the
 /// format's extension; empty = SOURCE/export (run), or beside the frame. `spacing` [m]: of the grid
 /// for the surface (free_surface.h). Every file appears whole. Returns the files written; an index
-/// comes last. Throws InputError (nothing there, no such step), IoError.
+/// comes last. Adds to `warnings`, if given. Throws InputError (nothing there, no such step, a file
+/// that a run wrote would be replaced), IoError.
 std::vector<std::filesystem::path> export_run(const std::filesystem::path& source,
                                               ExportFormat format, FrameChoice choice = {},
-                                              std::filesystem::path output = {},
-                                              double spacing = 0);
+                                              std::filesystem::path output = {}, double spacing = 0,
+                                              std::vector<Problem>* warnings = nullptr);
 
 }  // namespace lahar

@@ -72,16 +72,21 @@ void add(GridValues<3>& grid, const Vec<3>& x, double volume) {
 
 }  // namespace
 
+SurfaceSpacings surface_spacings(const Frame& frame) {
+  const FrameColumn* volume = frame.find("volume");
+  if (!volume || volume->values.empty()) return {};
+  double sum = 0;
+  for (const double V : volume->values) sum += V;
+  const double distance = std::cbrt(sum / static_cast<double>(volume->values.size()));
+  return {.finest = 1.3 * distance, .usual = 2 * distance};
+}
+
 Triangles free_surface(const Frame& frame, FreeSurfaceOptions options) {
   if (frame.dim != 3) throw InputError("a surface of triangles needs a frame in three dimensions");
   const FrameColumn* volume = frame.find("volume");
   if (!volume) throw InputError("a surface needs the field volume, which the frame lacks");
   if (frame.size() == 0) return {};
-  if (options.spacing <= 0) {
-    double sum = 0;
-    for (const double V : volume->values) sum += V;
-    options.spacing = 2 * std::cbrt(sum / static_cast<double>(frame.size()));
-  }
+  if (options.spacing <= 0) options.spacing = surface_spacings(frame).usual;
   GridValues<3> grid = grid_around(frame, options.spacing);
   for (std::size_t p = 0; p < volume->values.size(); ++p)
     add(grid, Vec<3>(&frame.coordinates[3 * p]), volume->values[p]);

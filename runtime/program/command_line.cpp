@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
 
 #include "physics/base/error.h"
@@ -33,6 +35,19 @@ std::function<std::string(const std::string&)> step_or(std::vector<std::string> 
     if (number || std::find(words.begin(), words.end(), text) != words.end()) return "";
     return fmt::format("must be a step, {}", fmt::join(words.rbegin(), words.rend(), " or "));
   };
+}
+
+std::string above_zero(const std::string& text) {
+  double value = 0;
+  const bool number = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+  return number && value > 0 ? "" : fmt::format("must be a number above 0, found '{}'", text);
+}
+
+std::string not_below_zero(const std::string& text) {
+  double value = 0;
+  const bool number = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+  return number && value >= 0 ? ""
+                              : fmt::format("must be 0 or a number above it, found '{}'", text);
 }
 
 void refuse_several_ranks(const char* command) {

@@ -69,6 +69,11 @@ void add_scenario(CLI::App& command, std::string& scenario, ScenarioOptions& opt
 /// For an option that takes a step number, or one of these words.
 std::function<std::string(const std::string&)> step_or(std::vector<std::string> words);
 
+/// For an option that takes a number above 0, or one that is not below 0. CLI11's own checks print
+/// the largest number with all its digits.
+std::string above_zero(const std::string& text);
+std::string not_below_zero(const std::string& text);
+
 /// Refuse rather than do the same several times. Throws InputError.
 void refuse_several_ranks(const char* command);
 

@@ -36,16 +36,16 @@ Action add_compare(CLI::App& command) {
   command
       .add_option("--rtol", arguments->tolerances.rtol,
                   "Relative tolerance, to the field's largest magnitude in B")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_below_zero)
       ->capture_default_str();
   command
       .add_option("--atol", arguments->tolerances.atol, "Absolute tolerance, in the field's unit")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_below_zero)
       ->capture_default_str();
   command
       .add_option("--floor", arguments->tolerances.floor,
                   "A field counts as zero if all its values are below this")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_below_zero)
       ->capture_default_str();
   command.add_option("--step", arguments->step,
                      "Step to compare in run folders (default: the last)");

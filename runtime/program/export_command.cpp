@@ -15,10 +15,12 @@ struct ExportArguments {
 };
 
 int export_command(const ExportArguments& arguments) {
+  std::vector<Problem> warnings;
   for (const auto& file :
        export_run(arguments.run, export_format(arguments.format), frame_choice(arguments.step),
-                  arguments.output, arguments.spacing))
+                  arguments.output, arguments.spacing, &warnings))
     fmt::print("{}\n", printable(file.string()));
+  if (!warnings.empty()) fmt::print(stderr, "{}", format_problems(warnings, "warning", false));
   return exit_ok;
 }
 
@@ -34,9 +36,11 @@ Action add_export(CLI::App& command) {
   command.add_option("--output,-o", arguments->output,
                      "File or folder to write (default: RUN/export)");
   command
-      .add_option("--spacing", arguments->spacing,
-                  "Of the grid for a free surface [m] (default: two particles)")
-      ->check(CLI::PositiveNumber);
+      .add_option(
+          "--spacing", arguments->spacing,
+          "Of the grid for a free surface [m] (default: two distances of particles; below 1.3 it "
+          "has holes)")
+      ->check(above_zero);
   return [arguments](const Words&) {
     refuse_several_ranks("export");
     return export_command(*arguments);

@@ -199,7 +199,7 @@ Action add_run(CLI::App& command) {
   command
       .add_option("--wall-time", run.wall_time,
                   "Write a checkpoint and stop before this many seconds of wall time; exit code 75")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero);
   auto* restart = command.add_option(
       "--restart", run.restart,
       "Continue the run in its folder, from its latest checkpoint or from a file");
@@ -207,11 +207,11 @@ Action add_run(CLI::App& command) {
   command
       .add_option("--checkpoint-steps", run.checkpoint_steps,
                   "Steps between checkpoints; 0: none (default: from the scenario)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_below_zero);
   command
       .add_option("--checkpoint-minutes", run.checkpoint_minutes,
                   "Minutes between checkpoints; 0: none (default: from the scenario)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_below_zero);
   add_memory(command, run.memory);
   command.add_flag("--quiet,-q", run.quiet, "Print only warnings and errors");
   return [options](const Words& words) { return run_command(arguments_of(*options, words)); };

@@ -85,17 +85,48 @@ std::vector<Figure> figures_of(const RunResults& run) {
   return list;
 }
 
-std::string command_of(const RunPart& part) {
-  std::string command;
+/// Words of the command that began a run. A run from Python has `python` and the words of its
+/// program.
+std::vector<std::string> command_words(const RunPart& part) {
+  std::vector<std::string> words;
   if (part.manifest.contains("command"))
     for (const json& word : part.manifest["command"])
-      if (word.is_string()) {
-        const auto text = word.get<std::string>();
-        const bool plain =
-            text.find_first_of(" \t'\"\\$*?[]{}()<>|&;#~!") == text.npos && !text.empty();
-        command += (command.empty() ? "" : " ") + (plain ? text : "'" + text + "'");
-      }
-  return command;
+      if (word.is_string()) words.push_back(word.get<std::string>());
+  return words;
+}
+
+/// A word as a shell reads it.
+std::string shown_word(const std::string& word) {
+  if (word.find_first_of(" \t'\"\\$*?[]{}()<>|&;#~!") == word.npos && !word.empty()) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// How to have the run again.
+std::string repetition(const RunPart& part) {
+  const std::vector<std::string> words = command_words(part);
+  std::string command;
+  for (const std::string& word : words) command += (command.empty() ? "" : " ") + shown_word(word);
+  const std::string_view how =
+      !words.empty() && words.front() == "python"
+          ? "A program in Python made this run. Below is what started that program. The scenario "
+            "with all its values is <code>scenario.full.json</code> in the run folder"
+          : "Repeat it with this command";
+  return "<p>" + std::string(how) +
+         "; results are equal bit by bit on any number of threads and ranks.</p>\n"
+         "<pre class=\"keep\">" +
+         xml_escaped(command) + "</pre>\n";
+}
+
+/// What stands above the scenario, which has nothing of `--set`.
+std::string scenario_title(const RunPart& part) {
+  const std::vector<std::string> words = command_words(part);
+  const bool changed = std::any_of(words.begin(), words.end(), [](const std::string& word) {
+    return word == "--set" || word.starts_with("--set=");
+  });
+  return changed ? "Scenario as it was, without the changes of --set; scenario.full.json has them"
+                 : "Scenario as it was";
 }
 
 /// What is true of one part of a run, with its name where there are several.
@@ -219,11 +250,7 @@ std::string provenance(const std::vector<RunResults>& runs) {
   for (const RunResults& run : runs)
     for (const RunPart& part : run.parts) {
       text += heading_of(run, part, runs.size() > 1);
-      text +=
-          "<p>Repeat it with this command; results are equal bit by bit on any number of threads "
-          "and ranks.</p>\n<pre class=\"keep\">" +
-          xml_escaped(command_of(part)) + "</pre>\n";
-      text += program_of(part) + inputs_of(part);
+      text += repetition(part) + program_of(part) + inputs_of(part);
       std::string input;
       for (const char c : part.scenario) input += c == '\t' ? "  " : std::string(1, c);
       std::string escaped;
@@ -233,7 +260,7 @@ std::string provenance(const std::vector<RunResults>& runs) {
         from = end + 1;
       }
       if (!input.empty())
-        text += folded("Scenario as it was", "<pre class=\"keep\">" + escaped + "</pre>");
+        text += folded(scenario_title(part), "<pre class=\"keep\">" + escaped + "</pre>");
     }
   return text;
 }

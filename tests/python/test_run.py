@@ -1,4 +1,5 @@
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -13,7 +14,7 @@ import matplotlib
 import numpy
 
 import lahar
-from case import TestCase, column
+from case import SOURCE, TestCase, column
 
 matplotlib.use("Agg")
 
@@ -49,6 +50,34 @@ class RunTest(TestCase):
         with self.assertRaisesRegex(KeyError, "velocity"):
             frame["speeed"]
 
+    def test_frames_derive_what_the_engine_derives(self):
+        case = column(end_time=0.05)
+        plain = case.run(self.folder / "plain", progress=False).frames[-1]
+        names = plain.derived
+        self.assertTrue({"speed", "von_mises_stress", "mean_stress"} <= set(names), names)
+        self.assertFalse(set(names) & set(plain))
+        case["post_processing"]["vtk"] = [*names, "deviatoric_stress"]
+        asked = case.run(self.folder / "asked", progress=False).frames[-1]
+        self.assertEqual(asked.derived, [])
+        for name in names:
+            scale = abs(asked[name]).max()
+            numpy.testing.assert_allclose(plain[name], asked[name], rtol=1e-9, atol=1e-12 * scale, err_msg=name)
+            self.assertEqual(plain.unit(name), asked.units[name])
+        with self.assertRaisesRegex(KeyError, '"vtk".*names it before the run'):
+            plain["deviatoric_stress_xy"]
+        self.assertTrue((asked["deviatoric_stress_xy"] == plain["stress_xy"]).all())
+        with self.assertRaisesRegex(KeyError, "follows from pore_pressure, which this frame does not have"):
+            plain["total_mean_stress"]
+        self.assertTrue((plain["id"] == plain.id).all() and (plain["material"] == plain.material).all())
+
+    def test_the_derived_fields_are_those_of_the_engine(self):
+        table = (SOURCE / "physics/particles/derived_fields.h").read_text()
+        scalars = re.findall(r'^    \{"(\w+)", "([^"]*)", 1, "([^"]+)"', table, re.M)
+        known = [(name, one.unit, " ".join(one.columns)) for name, one in lahar.frame._DERIVED.items()]
+        self.assertEqual(sorted(known), sorted(scalars))
+        others = re.findall(r'^    \{"(\w+)", "[^"]*", (?:6, "[^"]+"|1, "")', table, re.M)
+        self.assertEqual(sorted(others), sorted(lahar.frame._ONLY_ASKED))
+
     def test_a_plot_shows_the_particles_of_the_frame(self):
         run = column().run(self.folder / "run", progress=False)
         axes = run.plot("velocity", time=0.05)
@@ -56,6 +85,10 @@ class RunTest(TestCase):
         frame = run.frames.at(time=0.05)
         self.assertTrue((dots.get_offsets() == frame["coordinates"]).all())
         self.assertTrue((dots.get_array() == numpy.linalg.norm(frame["velocity"], axis=1)).all())
+        self.assertEqual(dots.colorbar.ax.get_ylabel(), "velocity [m/s]")
+        for field, label in (("von_mises_stress", "von_mises_stress [Pa]"), ("stress_xy", "stress_xy [Pa]"),
+                             ("material", "material")):
+            self.assertEqual(run.plot(field).collections[0].colorbar.ax.get_ylabel(), label)
         with self.assertRaisesRegex(ValueError, "stress_xx"):
             run.plot("stress")
 
@@ -157,6 +190,26 @@ class RunTest(TestCase):
             run.stages["first"].rigid_bodies
         shutil.rmtree(self.folder / "run" / "second")
         self.assertEqual(lahar.Run(self.folder / "run").status, "stopped")
+
+    def test_a_run_whose_energy_does_not_close_says_so(self):
+        """A block that falls on a floor: nodes with hardly any mass take energy along with usl and flip."""
+        case = lahar.Scenario({
+            "mesh": {"structured": {"cell_size": 0.1, "extent": [1, 2]},
+                     "boundary_conditions": {"walls": [{"nset": "floor", "normal": [0, 1]}]}},
+            "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}}}},
+            "particles": [{"generator": {"type": "region", "per_cell": 2, "material": "m",
+                                         "region": {"box": {"min": [0.3, 0.1], "max": [0.7, 0.7]}}}}],
+            "materials": [{"name": "m", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                           "poisson_ratio": 0.3}],
+            "external_loading_conditions": {"gravity": [0, -10]},
+            "analysis": {"end_time": 2, "shape_functions": "gimp", "mpm_scheme": "usl", "velocity_update": "flip"}})
+        said = [text for text in self.command(case, "usl").manifest["warnings"] if "does not close" in text]
+        self.assertEqual(len(said), 1)
+        self.assertRegex(said[0], r"J were lost without a trace, .*half the time step.*musl")
+        for key in ("shape_functions", "mpm_scheme", "velocity_update"):
+            del case["analysis"][key]
+        self.assertFalse([text for text in self.command(case, "default").manifest["warnings"]
+                          if "does not close" in text])
 
     def test_the_engine_warns_by_python_warnings(self):
         case = column(end_time=0.001)

@@ -20,7 +20,7 @@ class SimulationTest(TestCase):
                         sim.step(min(7, frame.step - sim.steps))
                     self.assert_equal_frames(sim.particles, frame)
                 self.assertTrue(sim.finished)
-                self.assertEqual(sim.step(5), run.frames[-1].step)
+                self.assertEqual(sim.run(), run.frames[-1].step)
                 self.assertEqual(sim.sums["kinetic"], run.history.kinetic.iloc[-1])
 
     def test_views_show_what_frames_have_without_a_copy(self):
@@ -88,6 +88,15 @@ class SimulationTest(TestCase):
         for _ in range(2):  # no step is taken after it
             with self.assertRaisesRegex(lahar.SimulationFailed, "left the mesh"):
                 sim.run()
+
+    def test_a_step_after_the_end_is_refused(self):
+        with lahar.Simulation(column(end_time=0.01)) as sim:
+            last = sim.step(10**6)  # fewer, because the end comes first
+            self.assertTrue(sim.finished)
+            with self.assertRaisesRegex(lahar.InvalidInput, f"ended at step {last}, 0.01 s.*analysis.end_time"):
+                while sim.time < 1:
+                    sim.step(10)
+            self.assertEqual((sim.steps, sim.step(0), sim.run()), (last, last, last))
 
     def test_a_closed_simulation_and_stages_are_refused(self):
         sim = lahar.Simulation(column())

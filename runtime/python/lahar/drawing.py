@@ -4,13 +4,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
+import numpy.typing as npt
 
 from .frame import Frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .results import Map
+Numbers = npt.NDArray[np.float64]
 
 
 def draw(frame: Frame, field: str, *, ax: Optional[Axes] = None, plane: str = "", **style: Any) -> Axes:
@@ -30,26 +31,27 @@ def draw(frame: Frame, field: str, *, ax: Optional[Axes] = None, plane: str = ""
     size = float(np.clip(40000 / max(len(frame), 1), 0.5, 40.0))  # dots that about touch each other
     style = {"s": size, "linewidths": 0.0, **style}
     shown = ax.scatter(x[order, first], x[order, second], c=values[order], **style)
-    name = field if field in frame else field.rpartition("_")[0]
     assert ax.figure is not None
-    ax.figure.colorbar(shown, ax=ax, label=_label(field, frame.units.get(name, "")))
+    ax.figure.colorbar(shown, ax=ax, label=label_of(field, frame.unit(field)))
     ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]", title=f"{frame.time:.4g} s")
     ax.set_aspect("equal")
     return ax
 
 
-def _label(name: str, unit: str) -> str:
+def label_of(name: str, unit: str) -> str:
     return name if unit in ("", "-") else f"{name} [{unit}]"
 
 
-def draw_map(of: Map, *, ax: Optional[Axes] = None, **style: Any) -> Axes:
+def draw_map(x: Numbers, y: Numbers, values: Numbers, label: str, *, ax: Optional[Axes] = None,
+             **style: Any) -> Axes:
+    """Values at the centres of a raster's columns and rows."""
     import matplotlib.pyplot as plt
 
     if ax is None:
         ax = plt.figure().add_subplot()
-    shown = ax.pcolormesh(of.x, of.y, of.values, shading="nearest", **style)
+    shown = ax.pcolormesh(x, y, values, shading="nearest", **style)
     assert ax.figure is not None
-    ax.figure.colorbar(shown, ax=ax, label=_label(of.name, of.unit))
+    ax.figure.colorbar(shown, ax=ax, label=label)
     ax.set(xlabel="x [m]", ylabel="y [m]")
     ax.set_aspect("equal")
     return ax

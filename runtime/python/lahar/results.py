@@ -235,9 +235,9 @@ class Map(NamedTuple):
 
     def plot(self, ax: Optional[Axes] = None, **style: Any) -> Axes:
         """Draw it; `style` goes to matplotlib's pcolormesh()."""
-        from .drawing import draw_map
+        from .drawing import draw_map, label_of
 
-        return draw_map(self, ax=ax, **style)
+        return draw_map(self.x, self.y, self.values, label_of(self.name, self.unit), ax=ax, **style)
 
 
 class _Files(Mapping[str, Any]):

@@ -5,6 +5,7 @@ from types import TracebackType
 from typing import Any, Optional
 
 from . import _engine
+from .errors import InvalidInput
 from .frame import Frame
 from .scenario import Scenario, warn
 
@@ -29,7 +30,15 @@ class Simulation:
 
     def step(self, steps: int = 1) -> int:
         """Take so many steps, or fewer where the end of the scenario comes first. Returns the number
-        of steps done since the start. Ctrl-C stops soon; the simulation can go on."""
+        of steps done since the start. Ctrl-C stops soon; the simulation can go on. Raises
+        InvalidInput where no step of the scenario is left: see `finished`."""
+        if steps > 0 and self._live.finished:
+            raise InvalidInput(f"the scenario has ended at step {self.steps}, {self.time:.6g} s: no step is left. "
+                               "For more, make analysis.end_time (or nsteps) larger; to step to the end, use "
+                               "run(), or `while not sim.finished`")
+        return self._advance(steps)
+
+    def _advance(self, steps: int) -> int:
         self._frame = None
         try:
             self._live.advance(steps)
@@ -38,8 +47,9 @@ class Simulation:
         return self._live.step
 
     def run(self) -> int:
-        """Take all steps of the scenario that are left."""
-        return self.step(2**62)
+        """Take all steps of the scenario that are left, if any. Returns the number of steps done since
+        the start."""
+        return self._advance(2**62)
 
     @property
     def steps(self) -> int:

@@ -194,6 +194,32 @@ TEST_CASE("a frame agrees with the table made from it, its pressure is svars_0")
   CHECK(field(c, "svars_0").unit == "Pa");
 }
 
+TEST_CASE("components of a vector in a table are compared with the vector of a frame") {
+  const TemporaryFolder folder;
+  Frame frame = two_particles();
+  frame.columns.push_back({"liquid_velocity", "m/s", 2, {1, 2, 3, 4}});
+  frame.columns.push_back({"domain_vectors", "m", 4, {1, 2, 3, 4, 5, 6, 7, 8}});
+  write_csv(frame, folder.path / "table.csv");
+  const Frame table = read_csv(folder.path / "table.csv");
+  for (const auto& [a, b] : {std::pair{frame, table}, std::pair{table, frame}}) {
+    const Comparison c = compare(a, b, {0, 0, 0});
+    CHECK(c.passed);
+    CHECK(field(c, "liquid_velocity").verdict == Verdict::same);
+    CHECK(field(c, "liquid_velocity").unit == "m/s");
+    CHECK(field(c, "domain_vectors").verdict == Verdict::same);
+    for (const std::string& note : c.notes) CHECK(note.find("liquid_velocity") == note.npos);
+  }
+  values(frame, "liquid_velocity")[3] += 0.5;
+  for (const auto& [a, b] : {std::pair{frame, table}, std::pair{table, frame}}) {
+    const Comparison c = compare(a, b);
+    const FieldDifference& differs = field(c, "liquid_velocity");
+    CHECK(differs.verdict == Verdict::differs);
+    CHECK(differs.absolute == 0.5);
+    CHECK(differs.component == "y");
+    CHECK(differs.at == 7);
+  }
+}
+
 TEST_CASE("the result reads like this") {
   Frame a = two_particles();
   values(a, "stress")[3] += 0.25;

@@ -8,6 +8,8 @@
 
 #include "io/base/atomic_file.h"
 #include "io/frames/surface_files.h"
+#include "io/frames/vtkhdf.h"
+#include "io/results/export.h"
 #include "physics/base/error.h"
 #include "tests/io/frames/frame_samples.h"
 
@@ -83,4 +85,21 @@ TEST_CASE("frames without a surface are refused") {
   CHECK_THROWS_AS(free_surface(flat), InputError);
   CHECK_THROWS_WITH_AS(free_surface(ball(1, 0.1), {1e-5}),
                        "the grid for the surface would have 6.86e+15 points", InputError);
+}
+
+TEST_CASE("a grid that is finer than the particles gets a warning with the least spacing") {
+  const TemporaryFolder folder;
+  write_frame(ball(0.5, 0.1), folder.path / "a.hdf");
+  const auto warnings_at = [&](double spacing) {
+    std::vector<Problem> warnings;
+    export_run(folder.path / "a.hdf", ExportFormat::stl, {}, {}, spacing, &warnings);
+    std::string text;
+    for (const Problem& one : warnings) text += one.message + " | " + one.hint + "\n";
+    return text;
+  };
+  CHECK(warnings_at(0) == "");
+  CHECK(warnings_at(0.13) == "");
+  CHECK(warnings_at(0.1) ==
+        "--spacing 0.1 is finer than the particles lie: the surface has holes between them | "
+        "give at least 0.13; without --spacing it is 0.2 m\n");
 }

@@ -350,6 +350,30 @@ TEST_CASE("a run is exported at its last step, at one step, or at all") {
   CHECK(compare(run, folder.path / "state.csv", {}, 0).passed);
 }
 
+TEST_CASE("an export replaces no file that the run wrote") {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path / "run";
+  make_run(run, {0, 10});
+  const auto says = [&](const fs::path& output) {
+    return refusal([&] { export_run(run, ExportFormat::csv, {}, output); });
+  };
+  const std::string before = read_text_file(run / "history.csv");
+  CHECK(says(run / "history.csv") ==
+        (run / "history.csv").string() +
+            " is a file of the run: it would be lost | choose another name, or leave out --output: "
+            "files then go to the folder export of the run");
+  CHECK(says(run / "frames/../history.csv").find("is a file of the run") != std::string::npos);
+  CHECK(read_text_file(run / "history.csv") == before);
+  fs::create_directory(run / "gauges");
+  write_text_file(run / "gauges/toe.csv", "step [-]\n");
+  CHECK(says(run / "gauges/toe.csv").find("is a file of the run") != std::string::npos);
+  for (int time = 0; time < 2; ++time) {
+    CHECK(says(run / "state.csv") == "no error");
+    CHECK(says({}) == "no error");
+    CHECK(says(folder.path / "history.csv") == "no error");
+  }
+}
+
 TEST_CASE("a single frame is exported beside itself") {
   const TemporaryFolder folder;
   write_frame(frame_at(3), folder.path / "a.hdf");

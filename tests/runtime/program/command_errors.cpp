@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "runtime/program/commands.h"
+
 namespace lahar {
 
 namespace {
@@ -15,9 +17,12 @@ std::string said_of(const std::string& arguments) {
   app.require_subcommand(1);
   std::string scenario;
   int threads = 0;
+  double seconds = 0, floor = 0;
   auto* run = app.add_subcommand("run");
   run->add_option("SCENARIO", scenario)->required();
   run->add_option("--threads,-t", threads)->check(CLI::Range(1, 8));
+  run->add_option("--wall-time", seconds)->check(above_zero);
+  run->add_option("--floor", floor)->check(not_below_zero);
   app.add_subcommand("check");
   try {
     app.parse(arguments);
@@ -53,6 +58,15 @@ TEST_CASE("arguments that are not understood are named, with what was meant or i
   CHECK(said_of("run") == "SCENARIO is required; see lahar run --help\n");
   CHECK(said_of("run case.json -t 9") ==
         "--threads: Value 9 not in range 1 to 8; see lahar run --help\n");
+}
+
+TEST_CASE("numbers with one limit are refused without the largest number there is") {
+  CHECK(said_of("run case.json --wall-time 0.5 --floor 0") == "");
+  for (const std::string text : {"0", "-1", "abc", "nan", "inf"})
+    CHECK(said_of("run case.json --wall-time=" + text) ==
+          "--wall-time: must be a number above 0, found '" + text + "'; see lahar run --help\n");
+  CHECK(said_of("run case.json --floor=-1e-9") ==
+        "--floor: must be 0 or a number above it, found '-1e-9'; see lahar run --help\n");
 }
 
 }  // namespace lahar

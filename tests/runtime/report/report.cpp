@@ -12,6 +12,7 @@
 #include "runtime/picture/svg.h"
 #include "runtime/report/html.h"
 #include "runtime/report/map_picture.h"
+#include "runtime/report/report_text.h"
 #include "runtime/report/run_progress.h"
 #include "runtime/report/run_results.h"
 #include "runtime/report/samples.h"
@@ -68,6 +69,29 @@ TEST_CASE("Maps of ESRI ASCII are read from the north, and damaged ones are refu
                        doctest::Contains("it has 3 of 6 values"), IoError);
   CHECK_THROWS_AS(read_map(folder.file("m.asc", "ncols 100000\nnrows 100000\ncellsize 1\n1\n")),
                   IoError);
+}
+
+TEST_CASE("A report says how to repeat a run, and whether its scenario was changed by options") {
+  const auto text_of = [](const std::vector<std::string>& command) {
+    RunPart part;
+    part.manifest = {{"command", command}};
+    part.scenario = "{}";
+    return provenance({RunResults{.label = "", .title = "", .parts = {part}}});
+  };
+  const auto has = [](const std::string& text, const char* piece) {
+    return text.find(piece) != std::string::npos;
+  };
+  const std::string plain = text_of({"lahar", "run", "a b.json"});
+  CHECK(has(plain, "Repeat it with this command; results are equal bit by bit"));
+  CHECK(has(plain, ">lahar run 'a b.json'</pre>"));
+  CHECK(has(plain, "Scenario as it was<"));
+  const std::string changed = text_of({"lahar", "run", "a.json", "--set", "title=it's"});
+  CHECK(has(changed, ">lahar run a.json --set 'title=it'\\''s'</pre>"));
+  CHECK(has(changed, "Scenario as it was, without the changes of --set; scenario.full.json has"));
+  const std::string python = text_of({"python", "study.py"});
+  CHECK(!has(python, "Repeat it"));
+  CHECK(has(python, "A program in Python made this run. Below is what started that program."));
+  CHECK(has(python, ">python study.py</pre>"));
 }
 
 TEST_CASE("Stages of a run follow each other in time, by when they began") {
