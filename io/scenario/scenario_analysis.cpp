@@ -85,7 +85,8 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
 // The second mapping of musl takes velocities of particles that nodes have not moved them by.
 // Stress under tension makes energy of the difference: an elastic bar that is pulled by a tenth of
 // its length tears in fine cells, with FLIP in most. With usl it does not. Affine velocities lose
-// in impacts what they lose with musl; FLIP loses as much then. Contact needs musl.
+// in impacts what they lose with musl; FLIP loses as much then. Contact needs musl, and forces at
+// nodes strain the particles around less with it.
 template <int Dim>
 std::string ScenarioBuilder<Dim>::default_scheme(const JsonValue& analysis) const {
   const JsonValue *functions = analysis.find("shape_functions"),
@@ -94,8 +95,9 @@ std::string ScenarioBuilder<Dim>::default_scheme(const JsonValue& analysis) cons
   const std::string type = cell_type ? cell_type->as<std::string>() : "";
   const bool smooth = functions ? functions->as<std::string>() != "element"
                                 : type.ends_with("G") || type.ends_with("P2B");
-  const bool touches =
-      root_.find("rigid_bodies") || (meets && meets->is<bool>() && meets->as<bool>());
+  const bool touches = root_.find("rigid_bodies") ||
+                       section("external_loading_conditions").find("concentrated_nodal_forces") ||
+                       (meets && meets->is<bool>() && meets->as<bool>());
   return smooth && !touches && is_of_elastic_bodies() ? "usl" : "musl";
 }
 

@@ -408,7 +408,8 @@ const Section& analysis_section() {
                    "implicit steps, which find the displacements of nodes for which forces "
                    "balance (see scheme_settings). projection: liquids do not change their volume, "
                    "and their pressure is solved for. Default musl; of elastic bodies without "
-                   "contact, with smooth functions, usl; with the preset cbgeo usf; if `type` is "
+                   "contact and nodal forces, with smooth functions, usl; with the preset cbgeo "
+                   "usf; if `type` is "
                    "MPMImplicit, newmark; if it is MPMSemiImplicit, projection",
            .allowed = {"usf", "usl", "musl", "newmark", "projection"}},
           {.key = "scheme_settings",

@@ -179,10 +179,3 @@ TEST_CASE("a pressure that is prescribed at nodes loads the ground") {
   CHECK(says(said("0"), "nothing loads the ground: a surcharge is a stress alone"));
   CHECK(says(said("0"), "the water table is above the ground, where nothing loads it"));
 }
-
-TEST_CASE("a beta above 0.5 is for projections alone") {
-  CHECK(says(refusal({.analysis = R"("mpm_scheme": "newmark", "dt": 0.01, "nsteps": 10,
-                      "scheme_settings": {"beta": 0.7})",
-                      .generator = R"("type": "region", "per_cell": 2, "material": "soil")"}),
-             "'beta' must be greater than 0 and at most 0.5, found 0.7"));
-}

@@ -253,9 +253,9 @@ TEST_CASE("shares of several generators are together what one process makes") {
   folder.write("case.json", scenario(R"("entity_sets": "sets.json",)", particles));
   const Scenario whole = check_shares(folder.path / "case.json");
   // An empty set, particles at one place, a set that entity sets and a generator make, cells with
-  // one particle, cells with fewer particles than most, two pairs of generators that fill the same
-  // place, and two tractions that are not on a surface.
-  CHECK(whole.warnings.size() == 9);
+  // one particle, two pairs of generators that fill the same place, and two tractions that are not
+  // on a surface.
+  CHECK(whole.warnings.size() == 8);
   CHECK(std::get<Model<2>>(whole.model).tractions[1].particles.size() == 1200);
 }
 
