@@ -63,7 +63,7 @@ void refuse_files_of_run(const fs::path& file) {
                          "export of the run"}});
 }
 
-/// Of a grid that is finer than the particles.
+/// Warns of a grid that is finer than the particles.
 std::vector<Problem> doubts_of_spacing(const Frame& frame, double spacing) {
   const SurfaceSpacings sensible = surface_spacings(frame);
   if (spacing <= 0 || spacing >= 0.99 * sensible.finest) return {};  // of what is printed below

@@ -35,7 +35,8 @@ struct SurfaceDirections {
       n[d] = normal[static_cast<std::size_t>(d)][static_cast<std::size_t>(k)];
     return n;
   }
-  /// The sign of a direction that points out of a body, or into it; 0 = it meets nobody there.
+  /// 1 where a direction points out of the body, -1 where it points into it, 0 where the body meets
+  /// no other along it.
   double sign(int k, int body) const {
     const auto i = static_cast<std::size_t>(k);
     if (from[i] == body) return 1.0;

@@ -197,7 +197,7 @@ struct SurfacePlace {
   const double* x;        ///< [m]
   double *near, *around;  ///< where the body ends along the directions
   const SurfaceDirections<Dim>* directions;
-  NodeVector sign;  ///< 1 points out of their body, -1 into it; 0 = it meets nobody there
+  NodeVector sign;  ///< SurfaceDirections::sign() for the body of the particles
 
   NodeVector n(int d) const {
     return load<NodeVector>(directions->normal[static_cast<std::size_t>(d)].data());

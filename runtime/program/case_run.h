@@ -132,7 +132,7 @@ class CaseRun {
 
   /// Why a run that may end by itself has ended: said, and returned where it has come to rest.
   std::string tell_rest(const RestState& rest, Index step);
-  /// Of a run that has finished, though its energy does not close.
+  /// Warns where a run has finished, but its energy does not close.
   void warn_of_balance(const HistoryRow& row, const SimulationInfo& info);
   /// If a frame could not be written, the manifest says failed and the error is thrown.
   void finish(RunEnd& end);

@@ -36,10 +36,9 @@ Action add_export(CLI::App& command) {
   command.add_option("--output,-o", arguments->output,
                      "File or folder to write (default: RUN/export)");
   command
-      .add_option(
-          "--spacing", arguments->spacing,
-          "Of the grid for a free surface [m] (default: two distances of particles; below 1.3 it "
-          "has holes)")
+      .add_option("--spacing", arguments->spacing,
+                  "Spacing of the grid for a free surface [m] (default: two distances of "
+                  "particles; below 1.3 it has holes)")
       ->check(above_zero);
   return [arguments](const Words&) {
     refuse_several_ranks("export");

@@ -31,7 +31,7 @@ class RunWatch {
   void begin(const HistoryRow& start);
   void resume(const WatchdogState& state);
   const WatchdogState& state() const { return judge_.state; }
-  /// WatchdogJudge::energy_scale(); 0 where nobody watches.
+  /// What WatchdogJudge::energy_scale() returns. It is 0 without a watchdog.
   double energy_scale(double mass) const { return judge_.on() ? judge_.energy_scale(mass) : 0.0; }
 
   /// Whether sums and volumes are looked at after a step.
