@@ -423,6 +423,7 @@ class ScenarioBuilder {
   // scenario_doubts_loads.cpp
   void warn_of_lost_loads();
   void warn_of_forces_on_nothing();
+  void warn_of_pushing_nodes();
   // scenario_doubts_volumes.cpp
   void warn_of_missing_volumes();  ///< before particles without a volume get theirs; collective
   void warn_of_partly_filled_cells(const std::vector<bool>& is_file);

@@ -69,6 +69,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_thick_loads();
   warn_of_lost_loads();
   warn_of_forces_on_nothing();
+  warn_of_pushing_nodes();
   warn_of_large_volumes();
   warn_of_lost_foundations();
   warn_of_rough_fields();

@@ -1,5 +1,5 @@
-// Warnings of loads that are there, but do not act: they begin at zero again in a stage, or lie on
-// nodes without material.
+// Warnings of loads that are there, but do not act: they begin at zero again in a stage, lie on
+// nodes without material, or stay behind with nodes that material moves away from.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,6 +19,19 @@ bool begins_low(const MathFunction& function) {
   constexpr double low = 0.5;
   return function.kind == MathFunction::Kind::linear && !function.integrated &&
          !function.f.empty() && std::abs(function.value(0)) < low * std::abs(function.f.back());
+}
+
+/// How far [m] motion with a velocity [m/s] gets along its axis, upwards and downwards, until
+/// `end`.
+std::array<double, 2> travels(double velocity, const MathFunction* function, double end) {
+  constexpr int samples = 1000;
+  std::array<double, 2> most{};
+  for (int k = 1; k <= samples; ++k) {
+    const double time = end * k / samples;
+    const double way = velocity * (function ? function->integral(time) : time);
+    most = {std::max(most[0], way), std::max(most[1], -way)};
+  }
+  return most;
 }
 
 }  // namespace
@@ -137,6 +150,94 @@ void ScenarioBuilder<Dim>::warn_of_forces_on_nothing() {
                           lost, loaded.size()),
               "take nodes of cells that hold particles, or a load on particles, "
               "particle_surface_traction");
+}
+
+// Nodes stay where they are. Material that they push leaves them, and then it is pushed no more.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_pushing_nodes() {
+  constexpr double reach = 0.5;  // of a cell, which nodes push in full
+  constexpr double most = 0.5;   // of an entry's nodes in material; others have it behind them, too
+  const Analysis& a = model_.analysis;
+  const double by_steps = static_cast<double>(a.nsteps) * a.step.dt;
+  const double end = std::min(a.end_time, by_steps);
+  if (in_.cbgeo_defaults || !in_.stage.empty() || !model_.injections.empty() ||
+      !std::isfinite(end) || team_.any(!model_.node_frames.empty()))
+    return;
+  std::vector<Index> cells = model_.particles.cell;
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  const auto mesh = mesh_with(cells);
+  std::vector<std::pair<const JsonValue*, double>> entries;  // and their velocities [m/s]
+  for (const JsonValue* entry : get_list(boundary(), NodeVelocity::key))
+    entries.emplace_back(entry, get_number(*entry, "velocity").value_or(0));
+  for (const JsonValue* entry : get_list(boundary(), NodeDisplacement::key))  // in each step
+    entries.emplace_back(entry, get_number(*entry, "displacement").value_or(0) / a.step.dt);
+  for (const auto& [entry, velocity] : entries) {
+    const auto dir = get_direction(*entry, "dir");
+    const JsonValue* set = in_.either(*entry, "nset_id", "nset");
+    if (!dir || *dir >= Dim || !set || velocity == 0 || get_text(*entry, "phase") == "liquid")
+      continue;
+    if (set->is_number() && set->number() == -1) continue;  // all nodes move a body as a whole
+    const auto* own = sets_.nodes.find(*set, in_);
+    if (!own) continue;
+    const int function = find_function(*entry);
+    const auto ways = travels(
+        velocity, function >= 0 ? &model_.functions[static_cast<std::size_t>(function)] : nullptr,
+        end);
+    std::vector<Index> nodes = joined(team_.gather(*own));
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    // By node: the length of cells with particles above and below it along the axis, and minus its
+    // place there.
+    const std::size_t n = nodes.size();
+    std::vector<double> around(3 * n, 0.0);
+    std::fill(around.begin() + static_cast<std::ptrdiff_t>(2 * n), around.end(), -infinity);
+    for (const Index cell : cells) {
+      const auto corners = mesh->element_nodes(cell);
+      double low = infinity, high = -infinity;
+      for (const Index node : corners) {
+        low = std::min(low, mesh->node(node)[*dir]);
+        high = std::max(high, mesh->node(node)[*dir]);
+      }
+      for (const Index node : corners) {
+        const auto at = std::lower_bound(nodes.begin(), nodes.end(), node);
+        if (at == nodes.end() || *at != node) continue;
+        const auto i = static_cast<std::size_t>(at - nodes.begin());
+        const double x = mesh->node(node)[*dir];
+        double& length = around[(x < (low + high) / 2 ? 0 : n) + i];
+        length = std::max(length, high - low);
+        around[2 * n + i] = -x;
+      }
+    }
+    around = team_.most(std::move(around));
+    for (const std::size_t ahead : {0, 1}) {
+      std::size_t touching = 0, pushing = 0;
+      double length = 0, low = infinity, high = -infinity;
+      for (std::size_t i = 0; i < n; ++i) {
+        const double before = around[ahead * n + i], behind = around[(1 - ahead) * n + i];
+        touching += before > 0 || behind > 0;
+        if (!(before > 0) || behind > 0) continue;
+        ++pushing;
+        length = std::max(length, before);
+        low = std::min(low, -around[2 * n + i]);
+        high = std::max(high, -around[2 * n + i]);
+      }
+      if (pushing == 0 || ways[ahead] <= reach * length ||
+          static_cast<double>(pushing) < most * static_cast<double>(touching))
+        continue;
+      in_.warning(
+          *entry,
+          fmt::format("{} nodes at {} = {:g}{} push material by {:.3g} m, {:.3g} cells: nodes stay "
+                      "where they are, and material that has left them is pushed no more",
+                      pushing, "xyz"[*dir], low,
+                      low < high ? fmt::format(" to {:g}", high) : std::string(), ways[ahead],
+                      ways[ahead] / length),
+          std::string("push with a plate in 'rigid_bodies', which moves") +
+              (is_implicit(a) ? ""
+                              : ", or prescribe velocities of the particles at this end "
+                                "('particles_velocity_constraints')"));
+    }
+  }
 }
 
 }  // namespace lahar

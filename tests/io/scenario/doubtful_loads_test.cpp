@@ -1,5 +1,5 @@
-// Warnings of loads that do not act: those that begin at zero again in a stage, and forces on nodes
-// without material. And silence where they do.
+// Warnings of loads that do not act: those that begin at zero again in a stage, forces on nodes
+// without material, and nodes that material leaves. And silence where they do.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -45,7 +45,43 @@ std::string pushing(const std::string& nset) {
                      nset);
 }
 
+/// A block in the left half of a mesh of cells of 0.5 m, 2 m high, with the motion of some nodes.
+std::string said_of_motion(const std::string& motion, const std::string& analysis) {
+  return warnings_of(read_scenario_text(
+      fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}},
+      "boundary_conditions": {{"{}": [{{{}}}]}}}},
+    "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                         "above": {{"half_space": {{"point": [0, 2], "normal": [0, -1]}}}}}}}},
+    "materials": [{{"name": "soil", "density": 2000, "type": "LinearElastic",
+                    "youngs_modulus": 1e7, "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "soil",
+                     "region": {{"box": {{"max": [2, 2]}}}}}}}}],
+    "math_functions": [{{"name": "swing", "type": "Linear",
+                         "xvalues": [0, 0.1, 0.3, 0.4], "fxvalues": [0, 1, -1, 0]}}],
+    "analysis": {{{}}}}})",
+                  motion.find("displacement") == std::string::npos ? "velocity_constraints"
+                                                                   : "displacement_constraints",
+                  motion, analysis)));
+}
+
 }  // namespace
+
+TEST_CASE("nodes that push material out of their reach are warned of, with how far") {
+  const std::string push = "push material by",
+                    down = R"("nset": "above", "dir": "y", "velocity": -0.1)",
+                    long_run = R"("end_time": 10)";
+  CHECK(says(said_of_motion(down, long_run), "5 nodes at y = 2 push material by 1 m, 2 cells"));
+  CHECK(says(said_of_motion(down, R"("dt": 1e-4, "nsteps": 100000)"), push));
+  CHECK(says(said_of_motion(R"("nset": "above", "dir": "y", "displacement": -0.1)",
+                            R"("mpm_scheme": "newmark", "dt": 1, "nsteps": 10)"),
+             "5 nodes at y = 2 push material by 1 m, 2 cells"));
+  CHECK_FALSE(says(said_of_motion(down, R"("end_time": 2)"), push));  // by less than half a cell
+  CHECK_FALSE(says(said_of_motion(down + R"(, "math_function_id": "swing")", long_run), push));
+  for (const char* other : {R"("nset": "above", "dir": "y", "velocity": 0.1)",  // it pulls
+                            R"("nset": "floor", "dir": "x", "velocity": 0.1)",
+                            R"("nset_id": -1, "dir": "y", "velocity": -0.1)"})
+    CHECK_FALSE(says(said_of_motion(other, long_run), push));
+}
 
 TEST_CASE("forces on nodes without material are warned of, with how many") {
   const std::string nothing = "with a force have no material around them at the beginning";
