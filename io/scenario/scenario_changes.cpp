@@ -47,6 +47,7 @@ void ScenarioBuilder<Dim>::check_new_material(const JsonValue& at, std::uint16_t
 template <int Dim>
 void ScenarioBuilder<Dim>::build_changes() {
   StageChanges<Dim>& changes = model_.changes;
+  changes.keeps_strains = in_.keeps_strains;
   for (const JsonValue& entry : in_.given_materials)
     if (const int material = find_material(entry); material >= 0)
       changes.given.push_back(static_cast<std::uint16_t>(material));

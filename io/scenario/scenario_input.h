@@ -41,6 +41,7 @@ struct ScenarioInput {
   std::size_t placed = 0;
   std::vector<JsonValue> given_materials = {};
   bool assigns_later = false;  ///< stages after this one place particles, or change materials
+  bool keeps_strains = false;  ///< StageChanges::keeps_strains
   std::function<void(const std::string& folder)> planned = {};  ///< called early, if set
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {

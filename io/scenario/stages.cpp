@@ -221,6 +221,11 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
   const auto& all = stages.as<JsonValue::Array>();
   for (std::size_t k = stage + 1; k < all.size(); ++k)
     in.assigns_later |= all[k].find("place") || all[k].find("change_material");
+  for (const JsonValue& one : all) {
+    const std::vector<std::string> reset = get_texts(one, "reset");
+    in.keeps_strains |= one.find("materials") || one.find("change_material") ||
+                        std::find(reset.begin(), reset.end(), "strain") != reset.end();
+  }
   if (stage > 0) in.stage = names[stage];
   return names;
 }

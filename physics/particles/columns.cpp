@@ -22,7 +22,7 @@ ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bo
   needs.vectors = functions.domain == ParticleDomain::vectors;
   needs.corners = functions.domain == ParticleDomain::corners;
   needs.next_corners = needs.corners && moves_first;
-  needs.strain = stressed || deforms_across(analysis);
+  needs.strain = stressed || deforms_across(analysis) || model.changes.keeps_strains;
   needs.strain_across = deforms_across(analysis);
   needs.liquid = analysis.two_phase;
   needs.liquid_affine = needs.liquid && needs.affine;

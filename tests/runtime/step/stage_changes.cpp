@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "runtime/step/restart.h"
@@ -70,7 +71,54 @@ Model<2> weakened(std::size_t stage) {
   return std::get<Model<2>>(read_scenario_text(text, "", options).model);
 }
 
+/// A column under a load, of which strains begin anew, and which gets softer then.
+Model<2> measured_anew(std::size_t stage) {
+  const std::string text = R"({
+    "mesh": {"structured": {"cell_size": 0.1, "counts": [1, 12]},
+      "boundary_conditions": {"velocity_constraints": [
+        {"nset": -1, "dir": "x", "velocity": 0}, {"nset": "base", "dir": "y", "velocity": 0}]}},
+    "sets": {"nodes": {"base": {"half_space": {"point": [0, 0], "normal": [0, 1]}}},
+             "particles": {"top": {"half_space": {"point": [0, 0.95], "normal": [0, -1]}}}},
+    "materials": [{"name": "m", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e9,
+                   "poisson_ratio": 0}],
+    "particles": [{"generator": {"type": "region", "material": "m", "per_cell": 2,
+      "region": {"box": {"min": [0, 0], "max": [0.1, 1]}}}}],
+    "external_loading_conditions": {"particle_surface_traction": [
+      {"pset": "top", "dir": "y", "traction": -1e5}]},
+    "analysis": {"preset": "lahar", "mpm_scheme": "newmark", "shape_functions": "element",
+      "scheme_settings": {"quasi_static": true}, "dt": 0.1, "nsteps": 1},
+    "stages": [{"name": "loaded"}, {"name": "reset", "reset": ["strain"]},
+      {"name": "softer", "materials": [{"name": "m", "type": "LinearElastic", "density": 1000,
+                                        "youngs_modulus": 5e8, "poisson_ratio": 0}]}]})";
+  ScenarioOptions options = plain_defaults(text);
+  options.stage = stage;
+  return std::get<Model<2>>(read_scenario_text(text, "", options).model);
+}
+
 }  // namespace
+
+TEST_CASE("strains begin anew where a stage says so, and do not follow from new parameters") {
+  const auto check = [](Simulation& simulation, double strain) {
+    const Frame frame = simulation.frame();
+    const FrameColumn *found = frame.find("strain"), *stress = frame.find("stress");
+    REQUIRE(found);
+    REQUIRE(stress);
+    for (std::size_t p = 0; p < frame.id.size(); ++p) {
+      CHECK(std::abs(found->values[6 * p + 1] - strain) < 1e-7);
+      CHECK(stress->values[6 * p + 1] == doctest::Approx(-1e5).epsilon(1e-3));
+    }
+  };
+  Simulation loaded(measured_anew(0), serial());
+  loaded.run();
+  check(loaded, -1e-4);
+  StoredState before(loaded.state());
+  for (const std::size_t stage : {1, 2}) {
+    Simulation simulation(measured_anew(stage), serial(), {}, state_at_start(before.view(), false));
+    simulation.run();
+    check(simulation, 0.0);
+    before = StoredState(simulation.state());
+  }
+}
 
 TEST_CASE(
     "of the particles that a stage begins with, the new ones keep the values that are theirs") {
