@@ -72,14 +72,18 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
   default_transfer_ =
       !implicit && (!update || update->defaulted) && !written(analysis, "velocity_update_settings");
   // Particles that cross cells make no noise with functions that are smooth.
-  const JsonValue* cell_type = section("mesh").find("cell_type");
-  const std::string type = cell_type ? cell_type->as<std::string>() : "";
+  const std::string type = cell_type();
   const bool linear = type.empty() || type == "ED2Q4" || type == "ED3H8";
   if (!written(analysis, "shape_functions") && linear && !projects && mesh_ && is_grid())
     set(analysis, "shape_functions", std::string("quadratic_spline"));
   if (!written(analysis, "mpm_scheme") && !written(analysis, "stress_update") &&
       !written(analysis, "stress_analysis"))
     set(analysis, "mpm_scheme", default_scheme(analysis));
+}
+
+template <int Dim>
+std::string ScenarioBuilder<Dim>::cell_type() const {
+  return get_text(section("mesh"), "cell_type").value_or("");
 }
 
 // The second mapping of musl takes velocities of particles that nodes have not moved them by.
@@ -89,12 +93,8 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
 // nodes strain the particles around less with it.
 template <int Dim>
 std::string ScenarioBuilder<Dim>::default_scheme(const JsonValue& analysis) const {
-  const JsonValue *functions = analysis.find("shape_functions"),
-                  *meets = analysis.find("interface"),
-                  *cell_type = section("mesh").find("cell_type");
-  const std::string type = cell_type ? cell_type->as<std::string>() : "";
-  const bool smooth = functions ? functions->as<std::string>() != "element"
-                                : type.ends_with("G") || type.ends_with("P2B");
+  const JsonValue* meets = analysis.find("interface");
+  const bool smooth = functions_of(analysis) != ShapeFunctions::element;
   const bool touches = root_.find("rigid_bodies") ||
                        section("external_loading_conditions").find("concentrated_nodal_forces") ||
                        (meets && meets->is<bool>() && meets->as<bool>());
@@ -240,27 +240,39 @@ void ScenarioBuilder<Dim>::build_scheme(JsonValue& analysis) {
   });
 }
 
+// Those that the type of the cells names (P2B, G); else element.
+template <int Dim>
+ShapeFunctions ScenarioBuilder<Dim>::functions_of_cells() const {
+  const std::string type = cell_type();
+  if (type.ends_with("P2B")) return ShapeFunctions::quadratic_spline;
+  // Called contiguous in CB-Geo, whose domains keep their size.
+  if (type.ends_with("G"))
+    return in_.as_cbgeo ? ShapeFunctions::uniform_gimp : ShapeFunctions::gimp;
+  return ShapeFunctions::element;
+}
+
+template <int Dim>
+ShapeFunctions ScenarioBuilder<Dim>::functions_of(const JsonValue& analysis) const {
+  const std::string name = get_text(analysis, "shape_functions").value_or("element");
+  for (const ShapeFunctionsRow& row : shape_functions_table)
+    if (name == row.key && name != "element") return row.functions;
+  return functions_of_cells();
+}
+
 template <int Dim>
 void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
   ShapeFunctions& functions = model_.analysis.functions;
-  const JsonValue* cell_type = section("mesh").find("cell_type");
-  const std::string type = cell_type ? cell_type->as<std::string>() : "";
-  if (type.ends_with("P2B")) functions = ShapeFunctions::quadratic_spline;
-  if (type.ends_with("G")) {
-    // Called contiguous in CB-Geo, whose domains keep their size.
-    functions = in_.as_cbgeo ? ShapeFunctions::uniform_gimp : ShapeFunctions::gimp;
-    model_.analysis.cbgeo_domains = in_.as_cbgeo;
-  }
+  const std::string type = cell_type();
   const JsonValue* key = analysis.find("shape_functions");
   const std::string name = key ? key->as<std::string>() : "element";
-  if (name != "element" && functions != ShapeFunctions::element)
+  if (name != "element" && functions_of_cells() != ShapeFunctions::element)
     return in_.error(*key,
                      fmt::format("'shape_functions' and the cell_type {} say both what the "
                                  "functions are",
                                  type),
                      "leave one of them out");
-  for (const ShapeFunctionsRow& row : shape_functions_table)
-    if (name == row.key && name != "element") functions = row.functions;
+  functions = functions_of(analysis);
+  model_.analysis.cbgeo_domains = in_.as_cbgeo && type.ends_with("G");
   model_.analysis.refuse_large_domains =
       get_text(analysis, "large_domains").value_or("clip") == "error";
   const bool opens = std::any_of(model_.materials.begin(), model_.materials.end(),
@@ -280,7 +292,7 @@ void ScenarioBuilder<Dim>::build_shape_functions(const JsonValue& analysis) {
               "domains move with the nodes, and particles would not",
               "take \"cpdi\", or set separation to 0 in velocity_update_settings");
   if (functions != ShapeFunctions::element && mesh_ && !is_grid())
-    in_.error(name != "element" ? *key : *cell_type,
+    in_.error(name != "element" ? *key : *section("mesh").find("cell_type"),
               fmt::format("\"{}\" needs a mesh of equal boxes along the axes that fill a box",
                           name != "element" ? name : type),
               "give the mesh as \"structured\", or a file of such cells with \"isoparametric\": "

@@ -293,6 +293,9 @@ class ScenarioBuilder {
   void build_velocity_update(const JsonValue& analysis);
   void build_transfer_rates();  ///< after the bodies
   bool is_of_elastic_bodies() const;
+  std::string cell_type() const;  ///< as written; "" = not
+  ShapeFunctions functions_of_cells() const;
+  ShapeFunctions functions_of(const JsonValue& analysis) const;  ///< of its key, else of the cells
   std::string default_scheme(const JsonValue& analysis) const;
   void build_default_transfer();
   Depths depths() const;  ///< collective
