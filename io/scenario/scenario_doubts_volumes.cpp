@@ -153,11 +153,11 @@ void ScenarioBuilder<Dim>::warn_of_small_gauges() {
   for (std::size_t k = 0; k < std::min(entries.size(), gauges.size()); ++k) {
     const JsonValue* radius = entries[k]->find("radius");
     if (gauges[k].kind != Gauge::Kind::points || !radius || radius->defaulted) continue;
-    if (!(gauges[k].radius < (1 - rounding) * distance)) continue;
+    if (!(gauges[k].radius.front() < (1 - rounding) * distance)) continue;
     in_.warning(*radius,
                 fmt::format("the radius of the gauge '{}', {:.3g} m, is below the distance of "
                             "particles, {:.3g} m: where no particle is that near it gives nan",
-                            gauges[k].name, gauges[k].radius, distance),
+                            gauges[k].name, gauges[k].radius.front(), distance),
                 fmt::format("a radius of {:.2g} m or more; without 'radius' it is the size of a "
                             "cell",
                             2 * distance));

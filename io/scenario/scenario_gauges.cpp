@@ -94,7 +94,7 @@ void ScenarioBuilder<Dim>::read_gauge(const JsonValue& entry) {
     in_.error(entry, "a body of revolution has no thickness in plan",
               "a gauge of \"type\": \"line\" has fields along a line");
   read_places(entry, gauge);
-  if (const auto radius = get_number(entry, "radius")) gauge.radius = *radius;
+  if (const auto radius = get_number(entry, "radius")) gauge.radius.fill(*radius);
   for (const std::string_view key : {"direction", "normal"})
     if (const auto along = get_vector<Dim>(entry, key)) {
       if (along->norm() == 0)
@@ -161,7 +161,10 @@ bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
 
 template <int Dim>
 void ScenarioBuilder<Dim>::read_places(const JsonValue& entry, Gauge& gauge) {
-  gauge.radius = outer_cell().mean();
+  // Weights of particles that lie equally far apart sum up to one where this distance divides the
+  // radius, as it does an edge of a cell.
+  const Vec<Dim> cell = outer_cell();
+  for (int d = 0; d < Dim; ++d) gauge.radius[static_cast<std::size_t>(d)] = cell[d];
   const bool in_plan = gauge.kind == GaugeKind::columns;
   const auto place = [&](std::string_view key) -> std::optional<std::array<double, 3>> {
     const JsonValue* value = entry.find(key);

@@ -118,7 +118,9 @@ const Section& gauge_section() {
            .native = true},
           {.key = "radius",
            .kinds = number,
-           .help = "particles count up to this distance; default the mean edge of a cell",
+           .help = "particles count up to this distance; default along each axis the edge of a "
+                   "cell. Best is a multiple of the distance of particles: else thickness goes up "
+                   "and down as rows of particles pass",
            .unit = "m",
            .min = 0,
            .above_min = true,

@@ -24,7 +24,7 @@ struct Gauge {
   Kind kind = Kind::points;
   std::string name;
   std::vector<std::array<double, 3>> places;  ///< [m] of points and columns
-  double radius = 0;                          ///< [m] of the particles around a place
+  std::array<double, 3> radius{};             ///< [m] of the particles around a place, by axis
   std::vector<std::string> fields;            ///< of points and tracks: as frames name them
   /// Of fronts and planes, of length 1: positions count along it from `origin`.
   std::array<double, 3> direction{};

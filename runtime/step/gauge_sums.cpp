@@ -64,9 +64,10 @@ class Counted {
   /// 1 - d / radius for each of the first `axes` axes, multiplied; 0 beyond the radius.
   double weight(Local p, const std::array<double, 3>& place, int axes) const {
     double weight = 1;
-    for (int d = 0; d < axes; ++d)
-      weight *=
-          std::max(0.0, 1 - std::abs(x(d, p) - place[static_cast<std::size_t>(d)]) / gauge_.radius);
+    for (int d = 0; d < axes; ++d) {
+      const auto k = static_cast<std::size_t>(d);
+      weight *= std::max(0.0, 1 - std::abs(x(d, p) - place[k]) / gauge_.radius[k]);
+    }
     return weight;
   }
 
@@ -134,7 +135,7 @@ class GaugeAdder {
       for (int d = 0; d < axes; ++d) {
         const auto k = static_cast<std::size_t>(d);
         const double x = counted_.x(d, p);
-        if (!(x > low[k] - gauge_.radius && x < high[k] + gauge_.radius)) return;
+        if (!(x > low[k] - gauge_.radius[k] && x < high[k] + gauge_.radius[k])) return;
       }
       near.push_back(
           {.cell = -1, .begin = p, .end = p + 1, .limit = p + 1, .material = 0, .loaded = false});

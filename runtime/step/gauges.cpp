@@ -288,7 +288,8 @@ std::vector<double> Gauges<Dim>::values_of(std::size_t k, const GaugeSums& all, 
 
 /// The integral of the weights around a place over the mesh in plan: there is nothing beyond it.
 template <int Dim>
-double Gauges<Dim>::area_of_weights(const std::array<double, 3>& place, double radius) const {
+double Gauges<Dim>::area_of_weights(const std::array<double, 3>& place,
+                                    const std::array<double, 3>& radii) const {
   const auto [low, high] = model_.mesh->bounds();
   double area = 1;
   for (int d = 0; d + 1 < Dim; ++d) {
@@ -297,7 +298,8 @@ double Gauges<Dim>::area_of_weights(const std::array<double, 3>& place, double r
       t = std::clamp(t, -1.0, 1.0);
       return t * (1 - 0.5 * std::abs(t));
     };
-    const double x = place[static_cast<std::size_t>(d)];
+    const double x = place[static_cast<std::size_t>(d)],
+                 radius = radii[static_cast<std::size_t>(d)];
     area *= radius * (integral((high[d] - x) / radius) - integral((low[d] - x) / radius));
   }
   return area;

@@ -63,7 +63,8 @@ class Gauges {
   void gather(Found& found, std::vector<Index>& sum, std::vector<Index>& least) const;
   std::vector<double> values_of(std::size_t k, const GaugeSums& all, double time);
   void add_places(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;
-  double area_of_weights(const std::array<double, 3>& place, double radius) const;
+  double area_of_weights(const std::array<double, 3>& place,
+                         const std::array<double, 3>& radii) const;
   void add_tracks(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;
   ExactSum removed_beyond(std::size_t plane) const;  ///< GaugeState::removed of a plane
   void set_removed_beyond(std::size_t plane, const ExactSum& sum);

@@ -150,7 +150,7 @@ TEST_CASE("the thickness of level ground is its own, wherever the gauge is, also
   gauges.resize(1);
   gauges[0] = {};
   gauges[0].kind = Gauge::Kind::columns;
-  gauges[0].radius = 0.1;
+  gauges[0].radius.fill(0.1);
   for (const double x : {0.0, 0.1, 0.15, 0.2}) gauges[0].places.push_back({x, 0.2, 0});
   Simulation simulation(model, serial());
   const GaugeRows rows = simulation.gauges();
@@ -158,6 +158,23 @@ TEST_CASE("the thickness of level ground is its own, wherever the gauge is, also
   for (std::size_t k = 0; k < 4; ++k) {
     CHECK(rows.values[0][8 * k + 3] == doctest::Approx(0.4).epsilon(1e-12));
     CHECK(rows.values[0][8 * k + 4] == doctest::Approx(0.4).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("with flat cells the thickness does not change as rows of particles pass the gauge") {
+  const Model<3> model = model_of_text<3>(R"({
+    "mesh": {"structured": {"cell_size": [0.1, 0.1, 0.04], "extent": [2, 1, 0.2]}},
+    "materials": [{"name": "block", "type": "LinearElastic", "density": 1500,
+                   "youngs_modulus": 1e5, "poisson_ratio": 0.2}],
+    "particles": [{"generator": {"type": "region", "per_cell": 2, "material": "block",
+      "region": {"box": {"min": [0, 0, 0], "max": [1.6, 1, 0.16]}}, "velocity": [1, 0, 0]}}],
+    "analysis": {"dt": 1e-3, "nsteps": 60},
+    "post_processing": {"gauge_steps": 7, "gauges": [
+      {"name": "column", "type": "column", "at": [0.8, 0.53]}]}})");
+  Simulation simulation(model, serial());
+  for (int k = 0; k < 8; ++k) {
+    CHECK(simulation.gauges().values[0][0] == doctest::Approx(0.16).epsilon(1e-9));
+    simulation.advance(7);
   }
 }
 
