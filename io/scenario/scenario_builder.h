@@ -431,6 +431,7 @@ class ScenarioBuilder {
   void warn_of_missing_volumes();  ///< before particles without a volume get theirs; collective
   void warn_of_partly_filled_cells(const std::vector<bool>& is_file);
   void warn_of_large_volumes();
+  void warn_of_shallow_liquids();
   void warn_of_small_gauges();
   // scenario_doubts_bodies.cpp
   bool decides_on_contact() const;  ///< by `interface`, or as CB-Geo MPM

@@ -1,5 +1,5 @@
-// Warnings of volumes that particles from files cannot have, or do not have, and of gauges that
-// are smaller than the distance of particles.
+// Warnings of volumes that particles from files cannot have, or do not have, of liquids that are
+// thinner than a cell, and of gauges that are smaller than the distance of particles.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,6 +27,23 @@ void merge_cells(std::vector<CellParticles>& list) {
     if (merged.empty() || merged.back().cell != one.cell) merged.push_back({one.cell, 0, 0});
     merged.back().all += one.all;
     merged.back().open += one.open;
+  }
+  list = std::move(merged);
+}
+
+/// Volume in a column of cells.
+struct ColumnVolume {
+  Index column;
+  double volume;  ///< [m^3]
+};
+
+void merge_columns(std::vector<ColumnVolume>& list) {
+  std::sort(list.begin(), list.end(),
+            [](const auto& a, const auto& b) { return a.column < b.column; });
+  std::vector<ColumnVolume> merged;
+  for (const ColumnVolume& one : list) {
+    if (merged.empty() || merged.back().column != one.column) merged.push_back({one.column, 0});
+    merged.back().volume += one.volume;
   }
   list = std::move(merged);
 }
@@ -135,6 +152,61 @@ void ScenarioBuilder<Dim>::warn_of_large_volumes() {
                           count, rows_.total(), most, largest),
               "a volume is that of one particle, in m^3: about that of its cell over the number of "
               "particles in it");
+}
+
+// The rows of a layer in one cell move as one. Its pressure is not that of its depth, and bores in
+// it are smeared over many cells (wet_bed.cpp).
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_shallow_liquids() {
+  constexpr double least_depth = 0.9;  // of a cell
+  constexpr double least_share = 0.1;  // of its area; less is the edge of a body
+  if (in_.cbgeo_defaults || !mesh_->is_structured() || model_.gravity.norm() == 0 ||
+      model_.analysis.plane == Plane::axisymmetric)
+    return;
+  Eigen::Index up = 0;
+  model_.gravity.cwiseAbs().maxCoeff(&up);
+  const auto counts = mesh_->counts();
+  Index below = 1;  // cells of a row before the next along the way up
+  for (Eigen::Index d = 0; d < up; ++d) below *= counts[static_cast<std::size_t>(d)];
+  const Index layer = below * counts[static_cast<std::size_t>(up)];
+  const ParticleTable<Dim>& p = model_.particles;
+  std::vector<ColumnVolume> own;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    if (p.cell[i] < 0 || !has_pressure(model_.materials[p.material[i]].law)) continue;
+    const Index column = p.cell[i] / layer * below + p.cell[i] % below;
+    if (own.empty() || own.back().column != column) own.push_back({column, 0});
+    own.back().volume += p.volume[i];
+  }
+  merge_columns(own);
+  std::vector<std::vector<ColumnVolume>> to(static_cast<std::size_t>(team_.size()));
+  for (const ColumnVolume& one : own)
+    to[static_cast<std::size_t>(team_.member(one.column, mesh_->n_cells()))].push_back(one);
+  own = joined(team_.exchange(std::move(to)));
+  merge_columns(own);
+  const double height = outer_cell()[up], area = outer_cell().prod() / height;
+  Index shallow = 0;
+  double depth = 0;  // of them together
+  for (const ColumnVolume& one : own) {
+    if (!(one.volume < least_depth * height * area)) continue;
+    ++shallow;
+    depth += one.volume / area;
+  }
+  const auto sum = [&](double value) {
+    double all = 0;
+    for (const auto& part : team_.gather(std::vector<double>{value})) all += part.front();
+    return all;
+  };
+  const double columns = sum(static_cast<double>(own.size())),
+               share = sum(static_cast<double>(shallow)) / std::max(columns, 1.0);
+  depth = sum(depth) / std::max(share * columns, 1.0);
+  if (!(share >= least_share)) return;
+  in_.warning(
+      section("mesh"),
+      fmt::format("over {:.0f} % of its area the liquid is less than a cell deep, {:.3g} m "
+                  "in the mean: there its pressure is wrong, and fronts are smeared over "
+                  "many cells",
+                  100 * share, depth),
+      fmt::format("cells of at most {:.2g} m along {}, half of its depth", depth / 2, "xyz"[up]));
 }
 
 // Particles count by 1 - distance / radius along each axis.

@@ -1,5 +1,6 @@
 // Warnings of volumes of particles from files: too large ones, missing ones, and those that follow
-// from cells that are not full. And silence where they are as they should be.
+// from cells that are not full; of liquids that are thinner than a cell. And silence where they are
+// as they should be.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -47,7 +48,39 @@ std::string said_of(const Block& c) {
   return warnings_of(read_scenario(folder.path / "case.json"));
 }
 
+/// Water behind a dam, and `depth` [m] before it, in cells 0.1 m high. `up` is the vertical axis.
+std::string said_of_water(double depth, const std::string& law, const std::string& up = "y") {
+  const auto place = [&](double along, double height) {
+    return up == "y" ? fmt::format("[{}, {}]", along, height)
+                     : fmt::format("[{}, {}]", height, along);
+  };
+  return warnings_of(read_scenario_text(
+      fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": {}, "counts": [20, 20]}}}},
+    "materials": [{{"name": "m", "density": 1000, {}}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "m",
+      "region": {{"union": [{{"box": {{"max": {}}}}}, {{"box": {{"max": {}}}}}]}}}}}}],
+    "external_loading_conditions": {{"gravity": {}}},
+    "analysis": {{"nsteps": 1}}}})",
+                  place(0.2, 0.1), law, place(1, 0.5), place(4, depth), place(0, -9.81)),
+      ""));
+}
+
 }  // namespace
+
+TEST_CASE("liquids that are less than a cell deep are warned of, with where and how deep") {
+  const std::string water =
+                        R"("type": "Newtonian", "bulk_modulus": 4e5, "dynamic_viscosity": 1e-3)",
+                    soil = R"("type": "LinearElastic", "youngs_modulus": 1e7, "poisson_ratio": 0)",
+                    shallow = "of its area the liquid is less than a cell deep";
+  for (const char* up : {"y", "x"}) {
+    const std::string said = said_of_water(0.05, water, up);
+    CHECK(says(said, "over 75 % " + shallow + ", 0.05 m in the mean"));
+    CHECK(says(said, fmt::format("cells of at most 0.025 m along {}", up)));
+  }
+  CHECK_FALSE(says(said_of_water(0.1, water), shallow));
+  CHECK_FALSE(says(said_of_water(0.05, soil), shallow));
+}
 
 TEST_CASE("cells with fewer particles than most are warned of where nothing gives volumes") {
   const std::string part = "cells with particles from files hold fewer than 4";
