@@ -65,6 +65,11 @@ class Team {
     const auto all = each(own);
     return std::accumulate(all.begin(), all.end(), Index{0});
   }
+  double sum(double own) const {
+    double all = 0;
+    for (const auto& one : gather(std::vector<double>{own})) all += one.front();
+    return all;
+  }
   Index max(Index own) const {
     const auto all = each(own);
     return *std::max_element(all.begin(), all.end());

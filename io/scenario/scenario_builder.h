@@ -427,6 +427,7 @@ class ScenarioBuilder {
   void warn_of_lost_loads();
   void warn_of_forces_on_nothing();
   void warn_of_pushing_nodes();
+  void warn_of_free_inflow();
   // scenario_doubts_volumes.cpp
   void warn_of_missing_volumes();  ///< before particles without a volume get theirs; collective
   void warn_of_partly_filled_cells(const std::vector<bool>& is_file);

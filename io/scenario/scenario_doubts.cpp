@@ -70,6 +70,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_lost_loads();
   warn_of_forces_on_nothing();
   warn_of_pushing_nodes();
+  warn_of_free_inflow();
   warn_of_large_volumes();
   warn_of_shallow_liquids();
   warn_of_lost_foundations();

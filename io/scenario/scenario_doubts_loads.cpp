@@ -1,5 +1,6 @@
 // Warnings of loads that are there, but do not act: they begin at zero again in a stage, lie on
-// nodes without material, or stay behind with nodes that material moves away from.
+// nodes without material, or stay behind with nodes that material moves away from; and of inflow
+// that nothing holds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <string_view>
 
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/directory_rank.h"
 
 namespace lahar {
 
@@ -237,6 +239,50 @@ void ScenarioBuilder<Dim>::warn_of_pushing_nodes() {
                               : ", or prescribe velocities of the particles at this end "
                                 "('particles_velocity_constraints')"));
     }
+  }
+}
+
+// Cells get particles when they are empty. What falls leaves them sooner, what is held up later.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_free_inflow() {
+  constexpr double most = 0.5;  // of the nodes of the cells
+  if (in_.cbgeo_defaults || model_.injections.empty() || model_.gravity.norm() == 0) return;
+  const auto& held = entries_of<NodeVelocity>(model_);
+  auto source = model_.injections.begin();
+  for (const JsonValue* entry : get_list(root_, "particles")) {
+    const JsonValue* generator = entry->find("generator");
+    if (!generator || get_text(*generator, "type") != "inject") continue;
+    if (source == model_.injections.end()) return;
+    const Injection<Dim>& injection = *source++;
+    if (injection.flow == 0) continue;
+    Eigen::Index axis = 0;
+    injection.velocity.cwiseAbs().maxCoeff(&axis);
+    std::vector<Index> nodes;
+    const auto mesh = mesh_with(injection.cells);
+    for (const Index cell : injection.cells)
+      for (const Index node : mesh->element_nodes(cell)) nodes.push_back(node);
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    const auto known = ask<char>(
+        team_, nodes, [&](Index node) { return directory_rank(node, team_.size()); },
+        [&](Index node) {
+          const auto at = std::lower_bound(
+              held.begin(), held.end(), std::pair(node, static_cast<int>(axis)),
+              [](const NodeVelocity& one, const auto& key) { return place_of(one) < key; });
+          return static_cast<char>(at != held.end() && at->node == node && at->dir == axis &&
+                                   at->velocity != 0);
+        });
+    const Index prescribed =
+        team_.sum(static_cast<Index>(std::count(known.begin(), known.end(), char{1})));
+    const Index all = team_.sum(static_cast<Index>(nodes.size()));
+    if (static_cast<double>(prescribed) >= most * static_cast<double>(all)) continue;
+    in_.warning(*generator,
+                "nothing holds the velocity in the cells of this inflow: weight, and what lies "
+                "before it, change it, and with it how much comes in",
+                fmt::format("prescribe it at the nodes of these cells, too: velocity_constraints "
+                            "with \"dir\": \"{}\", \"velocity\": {:g}, for a set that has a box "
+                            "around them",
+                            "xyz"[axis], injection.velocity[axis]));
   }
 }
 

@@ -74,8 +74,10 @@ const Section& generator_section() {
           "At the beginning of every step in `duration`, each empty cell of the set gets particles "
           "at its Gauss points. They share the volume that flows in with `velocity` until the last "
           "of them has left the cell: the flow is density * area * velocity as long as they keep "
-          "this velocity there. Cells into which other particles come give less. (CB-Geo MPM: they "
-          "share the cell's volume.) Particle ids continue from one generator to the next. Ids of "
+          "this velocity there. Weight makes it more, and what lies before it less: prescribe the "
+          "velocity at the nodes of these cells, too. Cells into which other particles come give "
+          "less. (CB-Geo MPM: they share the cell's volume.) Particle ids continue from one "
+          "generator to the next. Ids of "
           "injected particles continue from these, step by step.",
       .discriminator = "type",
       .keys = {

@@ -134,6 +134,7 @@ class CaseRun {
   std::string tell_rest(const RestState& rest, Index step);
   /// Warns where a run has finished, but its energy does not close.
   void warn_of_balance(const HistoryRow& row, const SimulationInfo& info);
+  void warn_of_injection(const SimulationInfo& info);
   /// If a frame could not be written, the manifest says failed and the error is thrown.
   void finish(RunEnd& end);
   /// `is_whole`: all patches are after the same step.

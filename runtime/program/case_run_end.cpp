@@ -90,7 +90,10 @@ int CaseRun::run_time_loop(Simulation& simulation) {
   if (end.status == RunStatus::finished && outline_.analysis.until.on())
     end.message = tell_rest(info.rest, simulation.step());
   if (is_whole) warn_of_curved_cells(simulation);
-  if (end.status == RunStatus::finished) warn_of_balance(simulation.history(), info);
+  if (end.status == RunStatus::finished) {
+    warn_of_balance(simulation.history(), info);
+    warn_of_injection(info);
+  }
   report(simulation, info, end, wall, is_whole);
   if (trace_) {
     const Index records = trace_->finish();
@@ -211,6 +214,18 @@ void CaseRun::warn_of_balance(const HistoryRow& row, const SimulationInfo& info)
       outline_.analysis.scheme == Scheme::usl || outline_.analysis.scheme == Scheme::usf
           ? ", and with \"mpm_scheme\": \"musl\""
           : ""));
+}
+
+void CaseRun::warn_of_injection(const SimulationInfo& info) {
+  constexpr double much = 0.1;  // of what is expected
+  for (const InjectedMass& one : info.injected) {
+    if (!(std::abs(one.mass - one.expected) > much * one.expected + one.once)) continue;
+    warn(fmt::format(
+        "{:.3g} kg were injected where velocity, area and time say {:.3g} kg: cells are filled "
+        "again when they are empty, and what is in them moved {} than was said. Prescribe the "
+        "velocity at the nodes of these cells, too (velocity_constraints).",
+        one.mass, one.expected, one.mass > one.expected ? "faster" : "more slowly"));
+  }
 }
 
 void CaseRun::report(Simulation& simulation, const SimulationInfo& info, const RunEnd& end,

@@ -38,6 +38,7 @@ void InjectionLog::take(Index step, std::span<const Index> elements) {
       while (event >= end) end += (++generator)->cells;
       known_.push_back({counts_.id(step, event, 0), next_id_});
       next_id_ += generator->per_cell;
+      generator->come += generator->per_cell;
     }
 }
 

@@ -23,7 +23,7 @@ class InjectionLog {
   InjectionLog(const std::vector<Injection<Dim>>& injections, Index next_id) : next_id_(next_id) {
     counts_ = count_injections(injections);
     for (const auto& one : injections)
-      generators_.push_back({one.start, one.end, one.n_cells(), one.per_cell});
+      generators_.push_back({one.start, one.end, one.n_cells(), one.per_cell, 0});
   }
 
   /// Whether there may be events in a step that begins at `time` [s].
@@ -42,11 +42,14 @@ class InjectionLog {
   /// Forget the events, of which no particle has its first id any more.
   void clear() { known_.clear(); }
   Index next_id() const { return next_id_; }
+  /// Particles of a generator that have come since this log was made.
+  Index particles_of(std::size_t generator) const { return generators_[generator].come; }
 
  private:
   struct Generator {
     double start, end;
     Index cells, per_cell;
+    Index come = 0;  ///< particles
   };
   /// The particles of an event, one after the other.
   struct Known {

@@ -115,6 +115,13 @@ struct SolveCounts {
 };
 
 /// What a simulation consists of, for reports.
+/// What a generator has injected since the simulation was made, and what its velocity would bring.
+struct InjectedMass {
+  double mass = 0;      ///< [kg]
+  double expected = 0;  ///< [kg] by the area of its cells, but for what fills them at first
+  double once = 0;      ///< [kg] that comes at a time
+};
+
 struct SimulationInfo {
   int threads = 1;
   SolveCounts solves = {};
@@ -124,12 +131,13 @@ struct SimulationInfo {
   Index divided = 0;  ///< increments that materials could only do in parts, since the start
   int patches = 0, tasks_per_step = 0;
   Index cells_per_patch = 0;
-  Index splits = 0;          ///< of patches, since the start
-  double mass_at_start = 0;  ///< [kg]
-  double energy_scale = 0;   ///< [J] of the watchdog: most that was put in; 0 without one
-  double dt_limit = 0;       ///< [s] smallest h / (c + |v|) at present
-  double dt = 0;             ///< [s] of the next step
-  std::size_t bytes = 0;     ///< of particles and nodes, of all ranks
+  Index splits = 0;                         ///< of patches, since the start
+  std::vector<InjectedMass> injected = {};  ///< by generator, where that is asked (Injection::flow)
+  double mass_at_start = 0;                 ///< [kg]
+  double energy_scale = 0;  ///< [J] of the watchdog: most that was put in; 0 without one
+  double dt_limit = 0;      ///< [s] smallest h / (c + |v|) at present
+  double dt = 0;            ///< [s] of the next step
+  std::size_t bytes = 0;    ///< of particles and nodes, of all ranks
   /// At present, of the rank that has most of it.
   std::size_t frame_bytes = 0, state_bytes = 0;
   std::size_t all_frame_bytes = 0;  ///< of a frame of all ranks

@@ -65,6 +65,7 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
     resume(state->run);
   else
     start(state);
+  begin_time_ = time();
   if (observer_.poll) ranks_.while_waiting([this] { poll_observer(); });
 #if defined(__GLIBC__)
   malloc_trim(0);  // what the model's tables took goes back to the system
@@ -400,6 +401,18 @@ SimulationInfo SimulationDriver<Dim>::info() const {
   info.tasks_per_step = static_cast<int>(phases_.size()) * info.patches + (graph().has_dt ? 1 : 0);
   info.cells_per_patch = patches_.target_cells();
   info.splits = static_cast<Index>(patches_.splits().size());
+  for (std::size_t g = 0; g < model_.injections.size(); ++g) {
+    const Injection<Dim>& source = model_.injections[g];
+    if (source.flow == 0) continue;
+    const double density = model_.materials[source.material].density,
+                 once = density * source.filling,
+                 all = static_cast<double>(source.n_cells() * source.per_cell);
+    const double active =
+        std::max(0.0, std::min(time(), source.end) - std::max(begin_time_, source.start));
+    info.injected.push_back({.mass = once * static_cast<double>(log_.particles_of(g)) / all,
+                             .expected = density * source.flow * active,
+                             .once = once});
+  }
   info.mass_at_start = history_.start().mass;
   info.energy_scale = watch_.energy_scale(info.mass_at_start);
   info.dt_limit = limits_.present(ranks_);

@@ -207,6 +207,7 @@ class SimulationDriver {
   PatchSet<Dim> patches_;
   RestTest<Dim> rest_;
   InjectionLog log_;
+  double begin_time_ = 0;  ///< [s] when this simulation was made
   StepLimits<Dim> limits_;
   TimeControl time_;
   RigidMotion<Dim> rigid_;

@@ -61,10 +61,35 @@ std::string said_of_motion(const std::string& motion, const std::string& analysi
     "analysis": {{{}}}}})",
                   motion.find("displacement") == std::string::npos ? "velocity_constraints"
                                                                    : "displacement_constraints",
-                  motion, analysis)));
+                  motion, analysis),
+      ""));
 }
 
 }  // namespace
+
+TEST_CASE("inflow whose velocity nothing holds is warned of where there is weight") {
+  const auto said = [](const std::string& gravity, const std::string& held) {
+    return warnings_of(read_scenario_text(
+        fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}},
+      "boundary_conditions": {{"velocity_constraints": [{}]}}}},
+    "sets": {{"nodes": {{"inlet": {{"box": {{"min": [0, 0], "max": [0.5, 1]}}}}}},
+              "cells": {{"inlet": {{"box": {{"min": [0, 0], "max": [0.5, 1]}}}}}}}},
+    "materials": [{{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e6,
+                    "dynamic_viscosity": 1e-3}}],
+    "particles": [{{"generator": {{"type": "inject", "cset": "inlet", "nparticles_per_dir": 2,
+                                   "velocity": [3, 0], "material": "water"}}}}],
+    "external_loading_conditions": {{"gravity": {}}},
+    "analysis": {{"end_time": 1, "locate_particles": false}}}})",
+                    held, gravity),
+        ""));
+  };
+  const std::string free = "nothing holds the velocity in the cells of this inflow",
+                    held = R"({"nset": "inlet", "dir": "x", "velocity": 3})";
+  CHECK(says(said("[0, -10]", ""), free));
+  CHECK(says(said("[0, -10]", ""), R"("dir": "x", "velocity": 3)"));
+  CHECK_FALSE(says(said("[0, -10]", held), free));
+  CHECK_FALSE(says(said("[0, 0]", ""), free));
+}
 
 TEST_CASE("nodes that push material out of their reach are warned of, with how far") {
   const std::string push = "push material by",

@@ -91,6 +91,25 @@ TEST_CASE("a cell is filled again as soon as it is empty: mass, places and ids f
   }
 }
 
+TEST_CASE("what came in is told beside what velocity, area and time say") {
+  const auto injected = [](double gravity) {
+    constexpr Index steps = 40;
+    Model<2> model = free_jet(inlet, steps);
+    model.gravity = Vec<2>(gravity, 0);
+    Simulation simulation(model, serial());
+    simulation.run();
+    const auto all = simulation.info().injected;
+    REQUIRE(all.size() == 1);
+    CHECK(all[0].expected == doctest::Approx(density * speed * inlet_cells * h * steps * dt));
+    CHECK(all[0].once == doctest::Approx(share * density * inlet_cells * h * h));
+    CHECK(all[0].mass == doctest::Approx(simulation.history().mass));
+    return all[0];
+  };
+  const InjectedMass straight = injected(0), pulled = injected(20);
+  CHECK(std::abs(straight.mass - straight.expected) <= straight.once);
+  CHECK(pulled.mass > 1.1 * pulled.expected + pulled.once);
+}
+
 TEST_CASE("ids of injected particles count on from those at the start") {
   const std::string block = R"({"generator": {"type": "region", "per_cell": 2, "material": 0,
       "velocity": [1, 0], "region": {"box": {"min": [1, 0], "max": [1.2, 0.4]}}}})";
