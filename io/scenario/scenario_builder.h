@@ -442,6 +442,7 @@ class ScenarioBuilder {
   void warn_of_no_pressure();
   void warn_of_softening();
   void warn_of_thin_layers();
+  void warn_of_stiffness_contrast();
   // scenario_doubts_places.cpp
   std::vector<Vec<Dim>> places_of(const std::vector<Index>& nodes) const;  ///< collective
   Vec<Dim> outer_cell() const;  ///< [m] edges of a cell, or of the boxes around them in the mean

@@ -48,6 +48,7 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_no_pressure();
   warn_of_softening();
   warn_of_thin_layers();
+  warn_of_stiffness_contrast();
   warn_of_units();
   warn_of_falling_bodies();
   warn_of_few_particles();

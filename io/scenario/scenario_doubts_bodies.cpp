@@ -1,4 +1,4 @@
-// Warnings of bodies that stick together, and of what cannot move or soften.
+// Warnings of bodies that stick together or stiffen each other, and of what cannot move or soften.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -257,6 +257,104 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
                   fmt::format("make cells {} of its thickness or smaller, and compare with half of "
                               "that",
                               block[m] == 3 ? "a quarter" : "an eighth"));
+}
+
+// Smooth functions have no kinks. Where a material meets one that is much stiffer, the change of
+// strain takes place in the softer one, over about a cell, which then hardly deforms there.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_stiffness_contrast() {
+  constexpr double least_error = 0.03;  // of what the softer material deforms by under a load
+  // Cells of it that do not deform, with any contrast; and the contrast with half of that.
+  constexpr double most_cells = 0.6, half = 25;
+  const ShapeFunctions functions = model_.analysis.functions;
+  if (in_.cbgeo_defaults || !mesh_->is_structured() ||
+      (functions != ShapeFunctions::quadratic_spline && functions != ShapeFunctions::cubic_spline))
+    return;
+  const auto entries = get_list(root_, "materials");
+  const std::size_t n = entries.size();
+  std::vector<double> modulus;
+  for (std::size_t m = 0; m < n; ++m) {
+    const Law& law = model_.materials[m].law;
+    modulus.push_back(has_pressure(law) ? 0.0 : wave_modulus(law));  // liquids change their shape
+  }
+  if (std::count_if(modulus.begin(), modulus.end(), [](double M) { return M > 0; }) < 2) return;
+  // Each cell has the stiffest material of its particles.
+  struct Stiffest {
+    Index cell;
+    int material;
+  };
+  const auto keep_stiffest = [&](std::vector<Stiffest>& cells) {
+    std::sort(cells.begin(), cells.end(), [&](const Stiffest& a, const Stiffest& b) {
+      const double x = modulus[static_cast<std::size_t>(a.material)],
+                   y = modulus[static_cast<std::size_t>(b.material)];
+      return a.cell != b.cell ? a.cell < b.cell : x != y ? x > y : a.material < b.material;
+    });
+    cells.erase(std::unique(cells.begin(), cells.end(),
+                            [](const Stiffest& a, const Stiffest& b) { return a.cell == b.cell; }),
+                cells.end());
+  };
+  const ParticleTable<Dim>& p = model_.particles;
+  std::vector<Stiffest> own;
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const auto m = static_cast<int>(p.material[i] % n);
+    if (p.cell[i] < 0 || modulus[static_cast<std::size_t>(m)] == 0) continue;
+    if (own.empty() || own.back().cell != p.cell[i] || own.back().material != m)
+      own.push_back({p.cell[i], m});
+  }
+  keep_stiffest(own);
+  const auto keeper = [&](Index cell) { return team_.member(cell, mesh_->n_cells()); };
+  std::vector<std::vector<Stiffest>> to(static_cast<std::size_t>(team_.size()));
+  for (const Stiffest& one : own) to[static_cast<std::size_t>(keeper(one.cell))].push_back(one);
+  own = joined(team_.exchange(std::move(to)));
+  keep_stiffest(own);
+  const auto counts = mesh_->counts();
+  std::vector<Index> cells(n, 0), neighbours;
+  std::vector<std::size_t> of;  // the material whose cell has this neighbour
+  for (const Stiffest& one : own) {
+    const auto m = static_cast<std::size_t>(one.material);
+    ++cells[m];
+    Index stride = 1;
+    for (const Index count : counts) {
+      const Index along = one.cell / stride % count;
+      for (const Index step : {Index{-1}, Index{1}}) {
+        if (along + step < 0 || along + step >= count) continue;
+        neighbours.push_back(one.cell + step * stride);
+        of.push_back(m);
+      }
+      stride *= count;
+    }
+  }
+  const auto beside = ask<int>(team_, neighbours, keeper, [&](Index cell) {
+    const auto at = std::lower_bound(own.begin(), own.end(), cell,
+                                     [](const Stiffest& a, Index key) { return a.cell < key; });
+    return at != own.end() && at->cell == cell ? at->material : -1;
+  });
+  std::vector<double> lost(n, 0.0), contrast(n, 0.0);  // cells; of a material's stiffest neighbour
+  std::vector<double> stiffest(n, -1.0);
+  for (std::size_t k = 0; k < beside.size(); ++k) {
+    if (beside[k] < 0) continue;
+    const std::size_t m = of[k], other = static_cast<std::size_t>(beside[k]);
+    const double ratio = modulus[other] / modulus[m] - 1;
+    if (!(ratio > 0)) continue;
+    lost[m] += most_cells * ratio / (ratio + half);
+    if (ratio > contrast[m]) contrast[m] = ratio, stiffest[m] = static_cast<double>(other);
+  }
+  for (std::size_t m = 0; m < n; ++m) {
+    const double all = static_cast<double>(team_.sum(cells[m])), share = team_.sum(lost[m]) / all;
+    const auto of_all = team_.most({contrast[m]});
+    const auto who = team_.most({contrast[m] == of_all.front() ? stiffest[m] : -1.0});
+    if (all == 0 || !(share >= least_error)) continue;
+    in_.warning(
+        *entries[m],
+        fmt::format(
+            "material '{}' meets '{}', which is {:.3g} times as stiff: smooth functions "
+            "carry its stiffness into the softer one, which deforms about {:.0f} % too little, "
+            "by its own weight twice as much",
+            model_.materials[m].name, model_.materials[static_cast<std::size_t>(who.front())].name,
+            1 + of_all.front(), 100 * share),
+        "\"shape_functions\": \"gimp\", with the border of the two on faces of cells; or smaller "
+        "cells: half the cell halves this error");
+  }
 }
 
 // Springs of foundations follow displacements of particles: those that begin at zero again unload

@@ -1,4 +1,7 @@
 #include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <string>
 
 #include "io/base/problems.h"
 #include "io/scenario/scenario.h"
@@ -451,4 +454,34 @@ TEST_CASE("a layer between other materials is warned of until it is five cells t
   CHECK(thin(2));
   CHECK(thin(4));
   CHECK_FALSE(thin(5));
+}
+
+TEST_CASE("a material beside a much stiffer one is warned of where functions are smooth") {
+  const auto said = [](double stiff, double thickness, const char* functions = "quadratic_spline") {
+    const auto soil = [](const char* name, double low, double high) {
+      return fmt::format(R"({{"generator": {{"type": "region", "per_cell": 2, "material": "{}",
+          "region": {{"box": {{"min": [0, {}], "max": [4, {}]}}}}}}}})",
+                         name, low, high);
+    };
+    const auto law = [](const char* name, double modulus) {
+      return fmt::format(R"({{"name": "{}", "type": "LinearElastic", "density": 2000,
+                              "youngs_modulus": {}, "poisson_ratio": 0.3}})",
+                         name, modulus);
+    };
+    const lahar::Scenario s = lahar::read_scenario_text(
+        fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 1, "counts": [4, 40]}}}},
+            "materials": [{}, {}], "particles": [{}, {}],
+            "analysis": {{"nsteps": 1, "shape_functions": "{}"}}}})",
+                    law("rock", stiff), law("clay", 1e7), soil("rock", 0, 6),
+                    soil("clay", 6, 6 + thickness), functions),
+        "");
+    return lahar::format_problems(s.warnings, "warning");
+  };
+  const std::string meets = "material 'clay' meets 'rock', which is 100 times as stiff";
+  CHECK(said(1e9, 4).find(meets) != std::string::npos);
+  CHECK(said(1e9, 4).find("about 12 % too little") != std::string::npos);
+  CHECK(said(1e9, 8).find("about 6 % too little") != std::string::npos);
+  for (const std::string& other : {said(1e9, 24), said(3e7, 4), said(1e9, 4, "gimp")})
+    CHECK(other.find("times as stiff: smooth") == std::string::npos);
+  CHECK(said(1e9, 4).find("material 'rock' meets") == std::string::npos);
 }
