@@ -211,6 +211,27 @@ class RunTest(TestCase):
         self.assertFalse([text for text in self.command(case, "default").manifest["warnings"]
                           if "does not close" in text])
 
+    def test_a_run_into_which_more_came_than_was_said_says_so(self):
+        """Water that is poured leaves its cells faster than with its velocity, but where nodes hold that."""
+        case = lahar.Scenario({
+            "mesh": {"structured": {"cell_size": 0.1, "extent": [0.4, 2]}, "boundary_conditions": {}},
+            "sets": {kind: {"inlet": {"box": {"min": [0, 1.9], "max": [0.4, 2]}}} for kind in ("cells", "nodes")},
+            "particles": [{"generator": {"type": "inject", "cset": "inlet", "nparticles_per_dir": 2,
+                                         "velocity": [0, -0.5], "material": "water"}}],
+            "materials": [{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e5,
+                           "dynamic_viscosity": 1e-3}],
+            "external_loading_conditions": {"gravity": [0, -10]},
+            "analysis": {"end_time": 0.5}})
+
+        def said(name):
+            return [text for text in self.command(case, name).manifest["warnings"] if "were injected" in text]
+
+        free = said("free")
+        self.assertEqual(len(free), 1)
+        self.assertRegex(free[0], r"kg were injected where velocity, area and time say 100 kg.*faster")
+        case["mesh"]["boundary_conditions"]["velocity_constraints"] = [{"nset": "inlet", "dir": "y", "velocity": -0.5}]
+        self.assertEqual(said("held"), [])
+
     def test_the_engine_warns_by_python_warnings(self):
         case = column(end_time=0.001)
         case["materials"][0]["density"] = 1.6
