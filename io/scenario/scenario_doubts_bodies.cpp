@@ -352,8 +352,8 @@ void ScenarioBuilder<Dim>::warn_of_stiffness_contrast() {
             "by its own weight twice as much",
             model_.materials[m].name, model_.materials[static_cast<std::size_t>(who.front())].name,
             1 + of_all.front(), 100 * share),
-        "\"shape_functions\": \"gimp\", with the border of the two on faces of cells; or smaller "
-        "cells: half the cell halves this error");
+        "\"shape_functions\": \"gimp\", with the border of the two on faces of cells; half the "
+        "cell, which halves this error; or a rigid body in place of what hardly deforms");
   }
 }
 
