@@ -191,6 +191,7 @@ Scenario read_case(ScenarioInput in, std::string text, const ScenarioOptions& op
   scenario.stages = std::move(stages);
   scenario.stage = options.stage;
   scenario.classes = in.classes;
+  scenario.loads = std::move(in.loads);
   scenario.warnings = of_stage(in.problems.take_warnings(in.file), in.stage);
   scenario.map = std::move(in.map);
   scenario.side_files = std::move(in.side_files);

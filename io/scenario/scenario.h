@@ -50,6 +50,7 @@ struct Scenario {
   /// Says which particles have which class of materials with fields (material_fields.h): those of
   /// the beginning, then those of each source that stages place. 0 = none has one.
   std::vector<std::uint64_t> classes = {};
+  std::vector<std::string> loads = {};  ///< what tractions and forces at nodes are in all, in words
   /// Gives a problem that names a JSON pointer (Problem::where) its file, line, column and source:
   /// for what only the simulation finds out.
   std::function<Problem(Problem)> place;

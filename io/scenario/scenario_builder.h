@@ -17,6 +17,7 @@
 #include "io/scenario/particles_generator.h"
 #include "io/scenario/scenario_doubts.h"
 #include "io/scenario/scenario_input.h"
+#include "io/scenario/surface_faces.h"
 #include "physics/geometry/solid_samples.h"
 #include "physics/geometry/triangles.h"
 #include "physics/materials/law.h"
@@ -165,7 +166,8 @@ class ScenarioBuilder {
   void hold_axis();
   void check_plane();  ///< after the analysis
   void check_axis();
-  void check_sheet();  ///< of plane stress
+  void check_sheet();          ///< of plane stress
+  void clear_stress_across();  ///< of particles of sheets; collective
   /// `at` null: the analysis.
   void refuse_across(const JsonValue* at, const std::string& what, const std::string& hint);
   // scenario_b_bar.cpp
@@ -330,7 +332,33 @@ class ScenarioBuilder {
   void find_loaded_surfaces();  ///< their axes, layers_of_loads_, hidden_loads_. Collective.
   /// Takes particles out that lie behind others of the traction. Collective.
   HiddenLoads leave_hidden(ParticleTraction& traction);
+  /// Of several axes along which the particles are one layer, takes that along which the body ends
+  /// at them. Collective.
+  HiddenLoads find_strip(ParticleTraction& traction, const std::vector<int>& axes);
   void place_tractions();  ///< after warnings, which know the entries of the scenario
+  /// Tractions whose particles have them at different sides, taken apart; of others nothing.
+  /// Collective.
+  std::vector<std::vector<ParticleTraction>> parts_by_side() const;
+  // scenario_loaded_faces.cpp
+  /// Cells with material in meshes that are no grids of boxes, and what load_faces() finds.
+  struct LoadedFaces {
+    std::shared_ptr<const Mesh<Dim>> mesh;
+    std::vector<Index> filled;  ///< of this member, ascending
+    /// [m^2] of particles of this member, by row: across each axis; 0 = unknown.
+    std::map<Index, std::array<double, static_cast<std::size_t>(Dim)>> areas;
+  };
+  LoadedFaces cells_with_material() const;  ///< collective
+  /// Whether the cells of loaded particles have the edges of the mean cell. Collective.
+  bool has_equal_cells(const LoadedFaces& at) const;
+  /// Gives a traction the area of the faces at which material ends, and takes out particles that
+  /// are at none. They lie in so many layers, the least along any axis. Collective.
+  HiddenLoads load_faces(ParticleTraction& traction, double layers, LoadedFaces& at) const;
+  void keep_areas(const LoadedFaces& at);
+  // scenario_loads_said.cpp
+  double area_of(const ParticleTraction& traction) const;   ///< [m^2] of this member's particles
+  bool is_per_metre() const;                                ///< loads are those of a metre of depth
+  void describe_tractions(const std::vector<double>& own);  ///< by their areas [m^2]; collective
+  void describe_nodal_forces();                             ///< collective
   // scenario_fields.cpp
   /// The material with one number in place of each of its fields, which become an entry of fields_;
   /// nothing where it has no fields.

@@ -36,13 +36,19 @@ inline constexpr double one_layer = 1.5;
 /// From here on all of them do. On slopes less do, even where they rise by one particle in all.
 inline constexpr double two_layers = 2;
 
-/// Particles of a traction that lie behind others, and have no load.
+/// Particles of a traction that lie behind others, and have no load; and what the load acts on.
 struct HiddenLoads {
-  std::vector<bool> is_hidden;  ///< of all particles of the traction
+  std::vector<bool> is_hidden;  ///< of all particles of the traction, in a grid
   Index count = 0, loaded = 0;  ///< hidden ones; those of the set
   Index deepest = 1;            ///< the most particles behind each other
   double area = 0;              ///< [m^2; m per m of depth] on which it acts
   int axis = 0;                 ///< along which they lie behind each other
+  bool at_faces = false;        ///< the area is that of faces of cells: ScenarioBuilder::load_faces
+  bool inside = false;          ///< there are no such faces
+  double factor = 1;            ///< by which the traction is multiplied, so that it has this area
+  /// Across which the surface may be, too; -1 = none. And its area [m^2; m per m of depth].
+  int other_axis = -1;
+  double other_area = 0;
 };
 
 /// A generator and the rows of its particles.

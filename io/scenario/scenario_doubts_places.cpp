@@ -383,7 +383,33 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
   for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k) {
     const HiddenLoads& hidden = hidden_loads_[k];
     const double traction = model_.tractions[k].traction;
-    if (layers_of_loads_[k] >= one_layer && hidden.count == 0)
+    if (hidden.inside)
+      in_.warning(*entries[k],
+                  fmt::format("the cells of these particles have material all around: the traction "
+                              "is {:.4g} N on {:.4g} m^2, the sum of areas that each particle has "
+                              "by its volume",
+                              traction * hidden.area, hidden.area),
+                  "give the set the particles at a surface");
+    else if (hidden.at_faces && hidden.count > 0 && layers_of_loads_[k] >= one_layer)
+      in_.warning(*entries[k],
+                  fmt::format("{} of the {} particles of this traction lie behind others, and get "
+                              "none: it is {:.4g} N on {:.4g} m^2, the surface as seen along {}",
+                              hidden.count, hidden.loaded, traction * hidden.area, hidden.area,
+                              "xyz"[hidden.axis]),
+                  "give the set the particles at the surface, and surfaces that face other ways "
+                  "sets and tractions of their own");
+    else if (hidden.other_axis >= 0)
+      in_.warning(*entries[k],
+                  fmt::format("the particles of this traction are one layer along {} and along {}: "
+                              "it acts on {:.4g} m^2 across {}; the surface across {} would have "
+                              "{:.4g} m^2",
+                              "xyz"[std::min(hidden.axis, hidden.other_axis)],
+                              "xyz"[std::max(hidden.axis, hidden.other_axis)], hidden.area,
+                              "xyz"[hidden.axis], "xyz"[hidden.other_axis], hidden.other_area),
+                  "if that is meant, multiply the traction by the ratio of these areas");
+    else if (hidden.at_faces)
+      continue;
+    else if (layers_of_loads_[k] >= one_layer && hidden.count == 0)
       in_.warning(*entries[k],
                   fmt::format("this traction is on particles that lie behind each other, {:.2g} in "
                               "the mean: each gets it, so the load is as many times that of a "

@@ -43,6 +43,7 @@ struct ScenarioInput {
   bool assigns_later = false;  ///< stages after this one place particles, or change materials
   bool keeps_strains = false;  ///< StageChanges::keeps_strains
   std::function<void(const std::string& folder)> planned = {};  ///< called early, if set
+  std::vector<std::string> loads = {};                          ///< Scenario::loads
 
   void error(const JsonValue& at, std::string message, std::string hint = "") {
     problems.error(document.at(at, std::move(message), std::move(hint)));

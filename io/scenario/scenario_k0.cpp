@@ -148,7 +148,8 @@ void ScenarioBuilder<Dim>::build_k0() {
     const double effective = std::max(0.0, vertical[i] - pressure);
     Voigt& stress = p.stress[i];
     stress = {};
-    for (int d = 0; d < 3; ++d)
+    const int directions = model_.analysis.plane == Plane::stress ? 2 : 3;  // none across a sheet
+    for (int d = 0; d < directions; ++d)
       stress[static_cast<std::size_t>(d)] = -(d == up ? 1.0 : ratios[p.material[i]]) * effective;
   }
 }

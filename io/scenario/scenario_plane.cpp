@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "io/scenario/scenario_builder.h"
 #include "physics/materials/law.h"
@@ -146,6 +147,7 @@ void ScenarioBuilder<Dim>::check_sheet() {
                             name),
                 "give it some cohesion, or take plane strain");
   }
+  clear_stress_across();
   if (a.mean_volume)
     refuse_across(section("analysis").find("b_bar"), "B-bar",
                   "leave it out: a sheet that hardly changes its volume changes its thickness, and "
@@ -153,6 +155,29 @@ void ScenarioBuilder<Dim>::check_sheet() {
   if (team_.any(!entries_of<NodeAbsorption>(model_).empty()))
     refuse_across(boundary().find(NodeAbsorption::key), fmt::format("'{}'", NodeAbsorption::key),
                   "waves in sheets are slower than those that it absorbs");
+}
+
+// The first step would take a stress across the sheet away, and a part of those in its plane with
+// it.
+template <int Dim>
+void ScenarioBuilder<Dim>::clear_stress_across() {
+  constexpr std::size_t zz = 2;
+  double most = 0;
+  for (Voigt& stress : model_.particles.stress) {
+    most = std::max(most, std::abs(stress[zz]));
+    stress[zz] = 0;
+  }
+  most = team_.most({most}).front();
+  if (most == 0) return;
+  const JsonValue* given = section("mesh").find("particles_stresses");
+  for (const GeneratorRows& rows : generators_)
+    if (written(*rows.generator, "stress")) given = rows.generator->find("stress");
+  in_.warning(
+      given ? *given : section("analysis"),
+      fmt::format("the stress zz at the start, up to {:g} Pa, is taken as 0: no stress acts "
+                  "across a sheet",
+                  most),
+      "give xx yy zz xy yz xz with zz = 0, or take plane strain");
 }
 
 }  // namespace lahar

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <unordered_map>
 
 #include "io/scenario/scenario_builder.h"
@@ -213,6 +212,11 @@ void ScenarioBuilder<Dim>::find_loaded_surfaces() {
   layers_of_loads_.assign(model_.tractions.size(), 0.0);
   hidden_loads_.assign(model_.tractions.size(), {});
   const Vec<Dim> low = mesh_->bounds().first;
+  LoadedFaces faces;
+  if (!in_.cbgeo_defaults && team_.any(!mesh_->is_structured() || !of_boxes_)) {
+    faces = cells_with_material();
+    of_boxes_ = of_boxes_ && has_equal_cells(faces);
+  }
   for (std::size_t k = 0; k < model_.tractions.size(); ++k) {
     ParticleTraction& traction = model_.tractions[k];
     const auto members = static_cast<std::size_t>(team_.size());
@@ -254,9 +258,74 @@ void ScenarioBuilder<Dim>::find_loaded_surfaces() {
     const bool is_along = layers[static_cast<std::size_t>(traction.dir)] > one_layer;
     traction.axis =
         is_along && *least < two_layers ? static_cast<int>(least - layers.begin()) : traction.dir;
+    if (traction.all) continue;
+    if (!of_boxes_) {
+      hidden_loads_[k] = load_faces(traction, *least, faces);
+      continue;
+    }
+    std::vector<int> thin;  // axes along which they are one layer
+    for (int axis = 0; axis < Dim; ++axis)
+      if (layers[static_cast<std::size_t>(axis)] <= one_layer) thin.push_back(axis);
+    if (thin.size() > 1 && std::find(thin.begin(), thin.end(), traction.axis) != thin.end())
+      hidden_loads_[k] = find_strip(traction, thin);
     const double behind = layers[static_cast<std::size_t>(traction.axis)];
-    if (behind > 1 && behind < two_layers) hidden_loads_[k] = leave_hidden(traction);
+    if (!(behind > 1 && behind < two_layers)) continue;
+    if (HiddenLoads hidden = leave_hidden(traction); hidden.count > 0) {
+      hidden.other_axis = hidden_loads_[k].other_axis;
+      hidden.other_area = hidden_loads_[k].other_area;
+      hidden_loads_[k] = std::move(hidden);
+    }
   }
+  keep_areas(faces);
+}
+
+// Particles at a free side have neighbours at the other: at both the body goes on, and at none it
+// is as thin as the set. Where that leaves several axes, or none, the traction's own counts.
+template <int Dim>
+HiddenLoads ScenarioBuilder<Dim>::find_strip(ParticleTraction& traction,
+                                             const std::vector<int>& axes) {
+  constexpr double most = 0.5;    // of the particles have a free side
+  constexpr double equal = 1e-3;  // areas
+  const auto& p = model_.particles;
+  std::vector<Loaded<Dim>> own;
+  for (const Index id : traction.particles)
+    own.push_back(loaded_at(p.x[static_cast<std::size_t>(rows_.local(id))], edges_of(id)));
+  const std::vector<Loaded<Dim>> loaded = gather_loaded(team_, own).all;
+  std::vector<int> ending;
+  for (const int axis : axes) {
+    Neighbours<Dim> neighbours(loaded, axis);
+    for (const Vec<Dim>& x : p.x) neighbours.look(x);
+    const std::vector<double> sides = team_.most(neighbours.sides());
+    std::size_t with_end = 0;
+    for (std::size_t i = 0; i < loaded.size(); ++i)
+      with_end += sides[2 * i] != sides[2 * i + 1] ? 1 : 0;
+    if (static_cast<double>(with_end) >= most * static_cast<double>(loaded.size()))
+      ending.push_back(axis);
+  }
+  const auto has = [](const std::vector<int>& list, int axis) {
+    return std::find(list.begin(), list.end(), axis) != list.end();
+  };
+  if (!ending.empty() && !has(ending, traction.axis))
+    traction.axis = has(ending, traction.dir) ? traction.dir : ending.front();
+  const auto area_across = [&](int axis) {
+    double sum = 0;
+    for (const Loaded<Dim>& one : loaded) {
+      double area = depth_at(model_.analysis, one.x[0]);
+      for (std::size_t d = 0; d < Dim; ++d) area *= static_cast<int>(d) == axis ? 1 : one.edges[d];
+      sum += area;
+    }
+    return sum;
+  };
+  HiddenLoads found;
+  found.axis = traction.axis;
+  found.area = area_across(traction.axis);
+  for (const int axis : ending.empty() ? axes : ending) {
+    const double other = area_across(axis);
+    if (axis == traction.axis || std::abs(other / found.area - 1) <= equal) continue;
+    found.other_axis = axis;
+    found.other_area = other;
+  }
+  return found;
 }
 
 // On slopes and curved surfaces, some particles of a set lie behind others. What is loaded is the
@@ -295,7 +364,6 @@ HiddenLoads ScenarioBuilder<Dim>::leave_hidden(ParticleTraction& traction) {
 // traction along the surface, such as shear, acts at the centre.
 template <int Dim>
 void ScenarioBuilder<Dim>::place_tractions() {
-  constexpr double least = 0.5;  // of the particles of a traction that have a side
   if (of_boxes_) {
     auto& edges = model_.particles.edges;
     edges.resize(model_.particles.x.size());
@@ -304,12 +372,32 @@ void ScenarioBuilder<Dim>::place_tractions() {
         std::copy_n(edges_of(id).data(), Dim,
                     edges[static_cast<std::size_t>(rows_.local(id))].begin());
   }
-  if (in_.cbgeo_defaults) return;
+  std::vector<std::vector<ParticleTraction>> parts(model_.tractions.size());
+  if (!in_.cbgeo_defaults) parts = parts_by_side();
+  std::vector<double> areas(parts.size(), 0.0);
+  std::vector<ParticleTraction> placed;
+  for (std::size_t t = 0; t < parts.size(); ++t) {
+    if (parts[t].empty()) parts[t].push_back(std::move(model_.tractions[t]));
+    for (ParticleTraction& part : parts[t]) {
+      if (!hidden_loads_.empty()) part.traction *= hidden_loads_[t].factor;
+      areas[t] += area_of(part);
+      placed.push_back(std::move(part));
+    }
+  }
+  model_.tractions = std::move(placed);
+  describe_tractions(areas);
+  describe_nodal_forces();
+}
+
+template <int Dim>
+std::vector<std::vector<ParticleTraction>> ScenarioBuilder<Dim>::parts_by_side() const {
+  constexpr double least = 0.5;  // of the particles of a traction that have a side
   const auto& p = model_.particles;
-  std::vector<std::vector<ParticleTraction>> parts(model_.tractions.size());  // by side
+  std::vector<std::vector<ParticleTraction>> parts(model_.tractions.size());
   std::size_t entries = parts.size() + model_.particle_velocities.size();
   for (std::size_t t = 0; t < parts.size(); ++t) {
     const ParticleTraction& traction = model_.tractions[t];
+    if (!hidden_loads_.empty() && hidden_loads_[t].at_faces) continue;  // it has its side
     std::vector<Loaded<Dim>> own;
     if (!traction.all)
       for (const Index id : traction.particles)
@@ -337,14 +425,8 @@ void ScenarioBuilder<Dim>::place_tractions() {
     }
     entries += parts[t].size() - 1;
   }
-  if (entries > max_particle_loads) return;
-  std::vector<ParticleTraction> placed;
-  for (std::size_t t = 0; t < parts.size(); ++t)
-    if (parts[t].empty())
-      placed.push_back(std::move(model_.tractions[t]));
-    else
-      std::move(parts[t].begin(), parts[t].end(), std::back_inserter(placed));
-  model_.tractions = std::move(placed);
+  if (entries > max_particle_loads) parts.assign(parts.size(), {});
+  return parts;
 }
 
 }  // namespace lahar

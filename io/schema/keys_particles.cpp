@@ -265,11 +265,15 @@ const Section& traction_section() {
       .help =
           "Force on each particle of a set: traction * function(t) * area. The area is that of the "
           "particle's face at the beginning, and stays; rings grow with their radius. The face is "
-          "across the axis along which the particles of the set are one layer, or nearly: of those "
+          "across the axis along which the particles of the set are one layer, or nearly, of "
+          "several "
+          "such axes that along which the body ends at them: of those "
           "behind each other there, as in slopes, the one at the surface has the load, on its area "
           "in "
           "plan: divide a stress per area of the slope by the cosine of the slope. It acts on "
-          "the side where a particle has no neighbour, if it has one on the other side. With "
+          "the side where a particle has no neighbour, if it has one on the other side. In meshes "
+          "whose cells are no boxes it is the area of the faces at which material ends, as seen "
+          "along that axis, and the particles nearest to them have it. With "
           "analysis.preset \"cbgeo\" it acts at the "
           "centre, and the area is volume / size, where size is the initial volume to the power "
           "1/dim. The last traction for a particle and direction wins.",

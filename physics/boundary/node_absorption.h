@@ -34,10 +34,12 @@ struct NodeAbsorption {
       "Dashpots and springs at a set of nodes: a boundary that waves leave through. The traction "
       "is -rho c v - rho c^2 u / delta. Along `dir` c is c_p, times `a` in the first term. In the "
       "other directions c is c_s, times `b` in the first term. v is the node's velocity. rho, c_p, "
-      "c_s and the displacement u are means over the particles around the node. Densities and wave "
-      "speeds are those of the materials at the beginning; fluids have no c_s. The area of a node "
-      "follows from `h_min` and `position`. Several entries on a node add up. Within a step "
-      "dashpots at most stop a node. They are weaker if its mass is too small for them.";
+      "c_s and the displacement u are means over the particles around the node. Densities and "
+      "wave speeds are those of the materials at the beginning; of ModifiedCamClay and NorSand, "
+      "whose stiffness follows the stress, speeds are those at the present stress. Fluids have no "
+      "c_s. The area of a node follows from `h_min` and `position`. Several entries on a node add "
+      "up. Within a step dashpots at most stop a node. They are weaker if its mass is too small "
+      "for them.";
   static constexpr bool native = false;
   static constexpr Combine combine = Combine::all;
   static constexpr bool takes_means = true;

@@ -11,25 +11,46 @@ namespace lahar {
 
 namespace {
 
-/// Density [kg/m^3] of a material at the beginning, and speeds of waves [m/s] there. With the
-/// present density, which the fork of CB-Geo MPM takes, rho c^2 would not be the modulus any more;
-/// the published result (tests/verification/absorbing.cpp) has that of the beginning.
+/// Density [kg/m^3] of a material at the beginning, and speeds of waves [m/s] there; of soils whose
+/// stiffness follows the stress, at the present stress of a particle. With the present density,
+/// which the fork of CB-Geo MPM takes, rho c^2 would not be the modulus any more; the published
+/// result (tests/verification/absorbing.cpp) has that of the beginning.
 struct WaveSpeeds {
   double rho, compression, shear;
   explicit WaveSpeeds(const Material& material)
       : rho(material.density),
         compression(std::sqrt(wave_modulus(material.law) / material.density)),
         shear(std::sqrt(shear_wave_modulus(material.law) / material.density)) {}
+  WaveSpeeds(const Material& material, const WaveModuli& at)
+      : rho(material.density),
+        compression(std::sqrt(at.compression / material.density)),
+        shear(std::sqrt(at.shear / material.density)) {}
 };
+
+template <int Dim>
+WaveSpeeds speeds_at(const Patch<Dim>& patch, const Material& material, Local p) {
+  Voigt stress{};
+  double state[most_state] = {};
+  for (int k = 0; k < stress_components<Dim>; ++k)
+    stress[static_cast<std::size_t>(k)] = patch.particles.row(Column::stress, k)[p];
+  const auto variables = state_variables(material.law);
+  for (std::size_t k = 0; k < variables.size(); ++k)
+    if (!variables[k].of_stress)
+      state[k] = patch.particles.row(Column::state, static_cast<int>(k))[p];
+  return {material, wave_moduli(material.law, stress, state)};
+}
 
 /// {m u} and {m c_p, m c_s, m rho, m} of a bin. There are few such particles, those at a boundary.
 template <int Dim, class Basis>
 void scatter(const Basis& basis, const Patch<Dim>& patch, const ParticleBin& bin,
-             const Local* nodes, const WaveSpeeds& c, double* displacement) {
+             const Local* nodes, const Material& material, double* displacement) {
   const auto& particles = patch.particles;
+  const bool follows = stiffness_follows_stress(material.law);
+  WaveSpeeds c(material);
   double* waves = displacement + sum_offset(NodeSum::waves);
   for (Local p = bin.begin; p < bin.end; ++p) {
     const double m = particles.row(Column::mass)[p];
+    if (follows) c = speeds_at(patch, material, p);
     double moment[node_width] = {};
     for (int d = 0; d < Dim; ++d) moment[d] = m * particles.row(Column::u, d)[p];
     const double wave[node_width] = {m * c.compression, m * c.shear, m * c.rho, m};
@@ -57,7 +78,7 @@ void map_means(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
         return patch.cells_of_means[static_cast<std::size_t>(bin.cell)] != 0;
       },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        scatter(basis, patch, bin, nodes, WaveSpeeds(step.model->materials[bin.material]), sums);
+        scatter(basis, patch, bin, nodes, step.model->materials[bin.material], sums);
       });
 }
 

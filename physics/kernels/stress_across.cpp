@@ -12,6 +12,11 @@ namespace {
 
 constexpr std::size_t rows_in_plane = stress_components<2>;
 
+template <class LawType>
+constexpr bool jumps = requires {
+  requires LawType::jumps;
+};
+
 /// What a law sees of a velocity gradient L in the plane and a strain rate across it. `trace` is
 /// the volumetric strain rate of fluids, which may be that of the cell.
 template <class Real>
@@ -128,7 +133,10 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
       in = input_of(L, gradient.across<Real>(p), trace, half, step);
     } else {
       const auto input = [&](const Real& rate) {
-        return input_of(L, rate, Real(trace + rate), half, step);
+        LawInput<3, Real> increment = input_of(L, rate, Real(trace + rate), half, step);
+        // A search finds no zero of a stress that jumps.
+        if constexpr (jumps<LawType>) increment.large = true;
+        return increment;
       };
       across = free_rate<Real>(of_law, modulus, active, dt, stress, state, input);
       in = input(across);
@@ -200,7 +208,8 @@ void update_stress_across(Patch<2>& patch, const StepContext<2>& step, ParticleB
     const Law& of_material = step.model->materials[bins[from].material].law;
     std::visit(
         [&]<class Given>(const Given& given) {
-          const auto law = prepare(given);
+          const bool sheet = step.model->analysis.plane == Plane::stress;
+          const auto law = prepare(sheet ? with_free_faces(given) : given);
           Rows<2> of_law = rows;
           if (!can_open(of_material)) of_law.opening = nullptr;
           of_law.dilatancy = dilatancy(given);

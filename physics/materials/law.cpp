@@ -92,6 +92,38 @@ double shear_wave_modulus(const Law& law) {
       law);
 }
 
+namespace {
+
+/// The reference code has one stiffness for a material.
+template <class LawType>
+bool follows_stress(const LawType& law) {
+  if constexpr (requires { &LawType::wave_moduli; })
+    return !law.as_cbgeo;
+  else
+    return false;
+}
+
+}  // namespace
+
+bool stiffness_follows_stress(const Law& law) {
+  return std::visit([](const auto& m) { return follows_stress(m); }, law);
+}
+
+WaveModuli wave_moduli(const Law& law, const Voigt& stress, const double* state) {
+  return std::visit(
+      [&](const auto& m) -> WaveModuli {
+        const double most = m.wave_modulus();
+        if constexpr (requires { m.wave_moduli(stress, state); })
+          if (follows_stress(m)) {
+            const WaveModuli at = m.wave_moduli(stress, state);
+            const double share = std::min(1.0, most / at.compression);
+            return {share * at.compression, share * at.shear};
+          }
+        return {most, shear_wave_modulus(law)};
+      },
+      law);
+}
+
 double viscosity(const Law& law) {
   return std::visit([](const auto& m) { return 4.0 / 3.0 * m.viscosity(); }, law);
 }

@@ -36,6 +36,16 @@ LAHAR_INLINE auto prepare(const LawType& law) {
     return law;
 }
 
+/// The law of bodies with faces that bear no stress: the law itself, or one that allows a little
+/// more than zero there.
+template <class LawType>
+LawType with_free_faces(const LawType& law) {
+  if constexpr (requires { law.with_free_faces(); })
+    return law.with_free_faces();
+  else
+    return law;
+}
+
 /// True if strain is a function of stress, so that it need not be stored where the initial stress
 /// is zero: laws linear in the strain increment.
 inline bool strain_follows_from_stress(const Law& law) {
@@ -74,6 +84,13 @@ double wave_speed(const Material& material);
 
 /// Modulus of shear waves G [Pa], from M and Poisson's ratio; 0 for fluids.
 double shear_wave_modulus(const Law& law);
+
+/// True if the stiffness of elastic waves depends on the stress.
+bool stiffness_follows_stress(const Law& law);
+
+/// Moduli of elastic waves at a stress; not more than wave_modulus(), which limits the time step.
+/// Those of wave_modulus() and shear_wave_modulus() where stiffness does not follow the stress.
+WaveModuli wave_moduli(const Law& law, const Voigt& stress, const double* state);
 
 /// Viscosity 4/3 mu [Pa s] of longitudinal motion, whose diffusion limits the step too; 0 for
 /// solids.

@@ -35,9 +35,12 @@ using Law = std::variant<  //
 /// double* state)` for state variables that follow from the stress; `follow_parameters(double*
 /// state)` for those that follow from parameters; `prepared()`, what update()
 /// takes instead of the law, where something can be computed once for many particles, with
-/// `takes_long = true` where particles of several cells should fill its packs; `native = true` for
-/// a law that CB-Geo MPM does not have; `as_cbgeo`, a flag that --as-cbgeo sets; `knows_rotation =
-/// true` for a law that turns its stress with the material itself.
+/// `takes_long = true` where particles of several cells should fill its packs; `jumps =
+/// true` there, if the stress is continuous in increments with LawInput::large alone; `native =
+/// true` for a law that CB-Geo MPM does not have; `with_free_faces()`, see there;
+/// `wave_moduli(const Voigt& stress, const double* state)`, if they follow the stress; `as_cbgeo`,
+/// a flag that --as-cbgeo sets; `knows_rotation = true` for a law that turns its stress with the
+/// material itself.
 template <class T>
 concept MaterialLaw = requires(const T law) {
   { T::name } -> std::convertible_to<std::string_view>;

@@ -189,6 +189,13 @@ struct ModifiedCamClay {
     set_moduli(Voigt{}, s);
     return std::max(at_pc0, s[bulk_modulus] + 4.0 / 3 * s[shear_modulus]);
   }
+  /// Of elastic waves at a stress.
+  WaveModuli wave_moduli(const Voigt& stress, const double* variables) const {
+    double s[states];
+    std::copy_n(variables, states, s);
+    set_moduli(stress, s);
+    return {s[bulk_modulus] + 4.0 / 3 * s[shear_modulus], s[shear_modulus]};
+  }
   double viscosity() const { return 0; }
 
   template <class Number>

@@ -81,6 +81,14 @@ struct MohrCoulomb {
   }
   void derive(const double* stress, double* to) const;
   MohrCoulombUpdate prepared() const;
+  /// The law of bodies with faces that bear no stress. Zero is within its limit of tension, not on
+  /// it: a stress on the limit is zero for any strain that is large enough.
+  MohrCoulomb with_free_faces() const {
+    constexpr double trace = 1e-6;  // of the cohesion
+    MohrCoulomb law = *this;
+    law.tension_cutoff = std::max(tension_cutoff, trace * cohesion);
+    return law;
+  }
 };
 
 /// What the yield functions and the potential need of the strength, lane by lane.
@@ -111,11 +119,12 @@ struct MohrCoulombStrength {
 /// it goes on until the yield functions are zero but for rounding. Where it ends depends on the way
 /// of its steps. A slightly different increment takes another way once increments exceed about the
 /// yield strain, and the stress jumps. Implicit steps, whose increments may be large, return by
-/// MohrCoulombReturn.
+/// MohrCoulombReturn; so do sheets, whose strain across is searched.
 class MohrCoulombUpdate {
  public:
   static constexpr auto& state = MohrCoulomb::state;
   static constexpr bool takes_long = true;  ///< packs are filled from several cells
+  static constexpr bool jumps = true;       ///< where LawInput::large is false
   explicit MohrCoulombUpdate(const MohrCoulomb& law);
 
   template <int Dim, class Real>

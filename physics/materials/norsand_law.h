@@ -187,6 +187,12 @@ struct NorSand {
     const double K = bulk_modulus(std::numbers::e * p_image_initial, s);
     return K + 4.0 / 3 * shear_modulus(K);
   }
+  /// Of elastic waves at a stress.
+  WaveModuli wave_moduli(const Voigt& stress, const double* s) const {
+    const double K = bulk_modulus(-(stress[0] + stress[1] + stress[2]) / 3, s),
+                 G = shear_modulus(K);
+    return {K + 4.0 / 3 * G, G};
+  }
   double viscosity() const { return 0; }
 
   template <class Number>

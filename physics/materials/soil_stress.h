@@ -10,6 +10,11 @@
 
 namespace lahar {
 
+/// Of a law whose stiffness follows the stress.
+struct WaveModuli {
+  double compression, shear;  ///< [Pa]
+};
+
 /// A stress as p, q, theta and directions of its deviator. Pressures are positive in compression;
 /// the components of a stress are positive in tension, as everywhere.
 template <class Number>

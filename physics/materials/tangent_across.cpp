@@ -31,7 +31,7 @@ Failures stress_change_across(const Law& law, bool free, double (&H)[3][3], doub
   const double all[6] = {stress[0], stress[1], stress[2], stress[3], 0.0, 0.0};
   return std::visit(
       [&](const auto& given) {
-        const auto prepared = prepare(given);
+        const auto prepared = prepare(free ? with_free_faces(given) : given);
         if (free)
           H[2][2] = free_gradient(prepared, given.wave_modulus(), H, dt, kinematics, all, state);
         return stress_change<3>(prepared, H, dt, kinematics, all, state, to);

@@ -97,6 +97,7 @@ int CaseRun::execute() {
   first_share_ = share(simulation.step(), simulation.time());
   steps_ = planned_steps(info);
   describe(console_, outline_, info, ranks_.size());
+  describe_loads(console_, scenario_.loads);
   describe_frames(console_, outline_.output, outline_.analysis, info);
   warn_of_unstable_step(info);
   const std::vector<std::string> changes =

@@ -23,7 +23,10 @@ constexpr int most_answers_of_search = 100;
 
 }  // namespace
 
-MaterialPoint::MaterialPoint(const Law& law, const Voigt& stress) : law_(law), stress_(stress) {
+MaterialPoint::MaterialPoint(const Law& law, const Voigt& stress)
+    : law_(law),
+      of_faces_(std::visit([](const auto& own) { return Law(with_free_faces(own)); }, law)),
+      stress_(stress) {
   state_.resize(state_variables(law).size());
   initial_state(law_, stress_, state_.data());
 }
@@ -34,7 +37,8 @@ std::vector<double> MaterialPoint::state() const {
   return all;
 }
 
-MaterialPoint::Answer MaterialPoint::answer(const Voigt& increment, double dt) const {
+MaterialPoint::Answer MaterialPoint::answer(const Law& law, const Voigt& increment,
+                                            double dt) const {
   ++answers_;
   LawInput<3, Scalar> in;
   constexpr int voigt[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
@@ -51,7 +55,7 @@ MaterialPoint::Answer MaterialPoint::answer(const Voigt& increment, double dt) c
   for (std::size_t k = 0; k < 6; ++k) stress[k] = Scalar(stress_[k]);
   for (std::size_t k = 0; k < state_.size(); ++k) state[k] = Scalar(state_[k]);
   const Failures failures = std::visit(
-      [&](const auto& law) { return update(prepare(law), in, stress, state.data()); }, law_);
+      [&](const auto& own) { return update(prepare(own), in, stress, state.data()); }, law);
   Answer answer;
   for (std::size_t k = 0; k < 6; ++k) answer.stress[k] = stress[k][0];
   for (std::size_t k = 0; k < state_.size(); ++k) answer.state.push_back(state[k][0]);
@@ -70,7 +74,7 @@ void MaterialPoint::take(const Voigt& increment, Answer&& answer) {
 
 bool MaterialPoint::strain_by(const Voigt& increment, double dt) {
   answers_ = 0;
-  Answer found = answer(increment, dt);
+  Answer found = answer(law_, increment, dt);
   if (!found.found) return false;
   take(increment, std::move(found));
   return true;
@@ -123,7 +127,7 @@ class MaterialPoint::Search {
   /// The law's answer; none where there have been too many.
   Answer ask(const Voigt& increment) const {
     if (point_.answers_ >= most_answers || ++answers_ > most_answers_of_search) return {};
-    return point_.answer(increment, dt_);
+    return point_.answer(point_.of_faces_, increment, dt_);
   }
   Eigen::Index n() const { return static_cast<Eigen::Index>(free_.size()); }
   std::size_t component(Eigen::Index i) const { return free_[static_cast<std::size_t>(i)]; }

@@ -45,10 +45,10 @@ class MaterialPoint {
   class Search;
   bool load_by(Voigt& increment, const std::array<bool, 6>& stress_controlled, const Voigt& target,
                double dt, int divisions);
-  Answer answer(const Voigt& increment, double dt) const;
+  Answer answer(const Law& law, const Voigt& increment, double dt) const;
   void take(const Voigt& increment, Answer&& answer);
 
-  Law law_;
+  Law law_, of_faces_;  ///< `of_faces_` where stresses are given
   Voigt stress_, strain_{};
   std::vector<double> state_;
   Index divided_ = 0;

@@ -66,6 +66,7 @@ void check_one(const RunArguments& arguments, Scenario& scenario, Console& conso
   }();
   const SimulationInfo info = simulation.info();
   describe(console, outline, info);
+  describe_loads(console, scenario.loads);
   describe_duration(console, outline, info);
   describe_frames(console, outline.output, outline.analysis, info);
   const std::string of_stage = scenario.stages.empty() ? "" : "/" + scenario.stages[scenario.stage];

@@ -181,6 +181,16 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
                            format_bytes(static_cast<double>(info.bytes))));
 }
 
+void describe_loads(Console& console, std::span<const std::string> loads) {
+  constexpr std::size_t most = 5;
+  const std::size_t shown = loads.size() > most ? most - 1 : loads.size();
+  for (std::size_t k = 0; k < shown; ++k)
+    console.line(fmt::format("{:<10} {}", k == 0 ? "loads" : "", loads[k]));
+  if (shown < loads.size())
+    console.line(
+        fmt::format("{:<10} ... ({} in all)", "", format_count(static_cast<Index>(loads.size()))));
+}
+
 double estimated_seconds(const ModelOutline& model, const SimulationInfo& info) {
   if (begins_with_solve(model.analysis)) return std::numeric_limits<double>::infinity();
   const Analysis& a = model.analysis;

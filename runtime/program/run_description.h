@@ -38,6 +38,9 @@ std::vector<BodyShape> shapes_of_bodies(const AnyModel& model);
 void describe(Console& console, const ModelOutline& model, const SimulationInfo& info,
               int ranks = 1);
 
+/// Scenario::loads, the first of them; nothing where there are none.
+void describe_loads(Console& console, std::span<const std::string> loads);
+
 /// How many frames to expect and how large, with the first and the last; an adaptive step is taken
 /// not to change.
 void describe_frames(Console& console, const OutputPlan& plan, const Analysis& analysis,

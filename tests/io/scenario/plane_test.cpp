@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <cmath>
 #include <numbers>
 #include <string>
 #include <variant>
@@ -28,20 +29,21 @@ struct Parts {
   double origin = 0;
   double gravity = 0;         ///< along x
   std::string other = water;  ///< law of the second material
+  std::string mesh = "";      ///< after cells and boundary
 };
 
 Scenario scenario_of(const Parts& parts) {
   return read_scenario_text(
       fmt::format(R"({{
     "mesh": {{"structured": {{"origin": [{}, 0], "cell_size": 0.5, "extent": [1, 2]}},
-             "boundary_conditions": {{{}}}}},
+             "boundary_conditions": {{{}}}{}}},
     "sets": {{"nodes": {{"low": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
                        "axis": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}}}}}},
     "materials": [{{"density": 2650, "porosity": 0.4, "k_x": 1e-3, {}}}, {{"density": 1000, {}}}],
     "particles": [{{"generator": {{{}}}}}],
     "external_loading_conditions": {{"gravity": [{}, -10]}},
     "analysis": {{"plane": "{}", {} "dt": 1e-5, "nsteps": 1}}}})",
-                  parts.origin, parts.boundary, parts.law, parts.other, parts.generator,
+                  parts.origin, parts.boundary, parts.mesh, parts.law, parts.other, parts.generator,
                   parts.gravity, parts.plane, parts.analysis),
       "");
 }
@@ -148,4 +150,53 @@ TEST_CASE("a plane is for two dimensions") {
                                   "");
              }),
              "'plane' is for two dimensions"));
+}
+
+TEST_CASE("sheets have no stress across them at the start, whatever is given") {
+  const std::string region = R"("type": "region", "per_cell": 2, "material": 0)";
+  struct Given {
+    Parts parts;
+    double most;  ///< stress across that is told
+  };
+  const Given all[] = {
+      {{.plane = "stress", .generator = region + R"(, "stress": -1e5)"}, 1e5},
+      {{.plane = "stress", .generator = region + R"(, "stress": [-1e5, -1e5, 7, 3, 0, 0])"}, 7},
+      {{.plane = "stress", .generator = region + R"(, "stress": [-1e5, -1e5, 0, 3, 0, 0])"}, 0},
+      {{.plane = "stress",
+        .mesh = R"(, "particles_stresses": {"type": "isotropic", "values": -1e5})"},
+       1e5}};
+  for (const Given& given : all) {
+    const Scenario scenario = scenario_of(given.parts);
+    const std::string said = warnings_of(scenario);
+    const std::string expected =
+        fmt::format("the stress zz at the start, up to {:g} Pa, is taken as 0", given.most);
+    CAPTURE(said);
+    CHECK(says(said, expected) == (given.most > 0));
+    CHECK(says(said, "the stress zz at the start") == (given.most > 0));
+    const auto& stress = std::get<Model<2>>(scenario.model).particles.stress;
+    REQUIRE(!stress.empty());
+    for (const Voigt& one : stress) {
+      CHECK(one[0] == -1e5);
+      CHECK(one[1] == -1e5);
+      CHECK(one[2] == 0);
+    }
+    Parts strain = given.parts;
+    strain.plane = "strain";
+    const Scenario other = scenario_of(strain);
+    CHECK(!says(warnings_of(other), "the stress zz at the start"));
+    CHECK(std::abs(std::get<Model<2>>(other.model).particles.stress.front()[2]) == given.most);
+  }
+}
+
+TEST_CASE("K0 is for the stress in the plane of a sheet, and for that across other bodies") {
+  for (const std::string plane : {"strain", "stress"}) {
+    const Scenario scenario = scenario_of(
+        {.plane = plane, .mesh = R"(, "particles_stresses": {"type": "k0", "k0": 0.5})"});
+    CHECK(!says(warnings_of(scenario), "the stress zz at the start"));
+    for (const Voigt& one : std::get<Model<2>>(scenario.model).particles.stress) {
+      CHECK(one[1] < 0);
+      CHECK(std::abs(one[0] / one[1] - 0.5) < 1e-12);
+      CHECK(one[2] == (plane == "stress" ? 0 : one[0]));
+    }
+  }
 }

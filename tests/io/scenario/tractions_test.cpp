@@ -95,3 +95,61 @@ TEST_CASE("the load on the upper half of a disc's rim is that on its diameter") 
     CHECK(says(said_of(text), "up to 4 in a row, and get none: it is -1000 N on 1 m^2"));
   }
 }
+
+namespace {
+
+/// A block of cells of 0.2 m by 0.1 m from (0.4, 0) to (1.4, `top`), with a traction on a set.
+std::string strip(const std::string& box, const std::string& dir, double top = 0.6) {
+  return fmt::format(R"({{"mesh": {{"structured": {{"cell_size": [0.2, 0.1], "counts": [10, 10]}}}},
+    "sets": {{"particles": {{"loaded": {{"box": {{{}}}}}}}}},
+    "materials": [{{"name": "clay", "type": "LinearElastic", "density": 2000,
+                    "youngs_modulus": 1e7, "poisson_ratio": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": "clay",
+                                   "region": {{"box": {{"min": [0.4, 0], "max": [1.4, {}]}}}}}}}}],
+    "external_loading_conditions": {{"particle_surface_traction":
+        [{{"pset": "loaded", "dir": "{}", "traction": 1000}}]}},
+    "analysis": {{"nsteps": 1}}}})",
+                     box, top, dir);
+}
+std::string load_of(const std::string& text) {
+  return read_scenario_text(text, "").loads.at(0);
+}
+
+}  // namespace
+
+TEST_CASE("a strip of one particle is loaded on the side at which the body ends") {
+  const std::string top = R"("min": [0.8, 0.55], "max": [0.9, 0.6])",
+                    right = R"("min": [1.3, 0.25], "max": [1.4, 0.3])",
+                    corner = R"("min": [1.3, 0.55], "max": [1.4, 0.6])";
+  const std::string wide = "loaded: 100 N/m along x (1000 Pa on 0.1 m)",
+                    high = "loaded: 50 N/m along x (1000 Pa on 0.05 m)";
+  CHECK(load_of(strip(top, "x")) == wide);
+  CHECK(load_of(strip(right, "x")) == high);
+  CHECK(load_of(strip(top, "y")) == "loaded: 100 N/m along y (1000 Pa on 0.1 m)");
+  CHECK(load_of(strip(right, "y")) == "loaded: 50 N/m along y (1000 Pa on 0.05 m)");
+  for (const std::string& set : {top, right})
+    for (const char* dir : {"x", "y"}) CHECK(said_of(strip(set, dir)) == "");
+  CHECK(load_of(strip(corner, "x")) == high);
+  CHECK(says(said_of(strip(corner, "x")),
+             "the particles of this traction are one layer along x and along y: it acts on 0.05 "
+             "m^2 across x; the surface across y would have 0.1 m^2"));
+}
+
+TEST_CASE("what tractions and forces at nodes are in all is said") {
+  std::string text = loaded(row, 1, 1);
+  CHECK(load_of(text) == "loaded: -2000 N/m along y (-1000 Pa on 2 m)");
+  const std::string list = R"("particle_surface_traction":)";
+  text.insert(text.find(list),
+              R"("concentrated_nodal_forces": [{"nset": "side", "dir": "x", "force": -3}], )");
+  text.insert(text.find(R"("particles": {"loaded")"),
+              R"("nodes": {"side": {"box": {"min": [0, 0], "max": [0, 0.5]}}}, )");
+  const auto loads = read_scenario_text(text, "").loads;
+  REQUIRE(loads.size() == 2);
+  CHECK(loads[1] == "side: -18 N/m along x (-3 N/m at each of 6 nodes)");
+  text.insert(text.find(R"("analysis")"),
+              R"("math_functions": [{"name": "ramp", "type": "Linear", "xvalues": [0, 1],
+                                     "fxvalues": [0, 1]}], )");
+  const std::string traction = R"("traction": -1000)";
+  text.insert(text.find(traction), R"("math_function_id": "ramp", )");
+  CHECK(load_of(text) == "loaded: -2000 N/m along y (-1000 Pa on 2 m), times a function of time");
+}

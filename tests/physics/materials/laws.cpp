@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/materials/law.h"
+#include "tests/physics/materials/material_samples.h"
 #include "tests/physics/mesh/mesh_fixtures.h"
 
 using namespace lahar;
@@ -183,6 +184,39 @@ TEST_CASE("every lane of a pack gets what a single particle gets") {
     }
     CHECK(pressure[k] == doctest::Approx(p).epsilon(1e-13));
   }
+}
+
+TEST_CASE("waves have the moduli of the stress in soils whose stiffness follows it") {
+  int follow = 0;
+  for (const Law& law : sample_laws()) {
+    const double most = wave_modulus(law);
+    const auto at = [&](double pressure) {
+      const Voigt stress{-pressure, -pressure, -pressure, 0, 0, 0};
+      double state[most_state] = {};
+      initial_state(law, stress, state);
+      return wave_moduli(law, stress, state);
+    };
+    if (!stiffness_follows_stress(law)) {
+      CHECK(at(1000).compression == most);
+      CHECK(at(1000).shear == shear_wave_modulus(law));
+      continue;
+    }
+    ++follow;
+    const WaveModuli one = at(1000), two = at(2000);
+    CHECK(one.compression < most);
+    CHECK(one.shear > 0);
+    if (const auto* clay = std::get_if<ModifiedCamClay>(&law); clay && !clay->bonding) {
+      const double nu = clay->poisson_ratio,
+                   K = (1 + clay->initial_void_ratio()) / clay->kappa * 1000;
+      CHECK(std::abs(one.compression / (3 * K * (1 - nu) / (1 + nu)) - 1) < 1e-12);
+      CHECK(std::abs(one.shear / (1.5 * K * (1 - 2 * nu) / (1 + nu)) - 1) < 1e-12);
+      CHECK(std::abs(two.compression / one.compression - 2) < 1e-12);
+    }
+    // The bound that the time step has, however large the pressure; some stiffness without any.
+    CHECK(at(1e9).compression <= most * (1 + 1e-14));
+    CHECK(at(0).compression > 0);
+  }
+  CHECK(follow >= 2);
 }
 
 TEST_CASE("wave moduli: K + 4/3 G of the solid, K of the fluid, none if it is incompressible") {

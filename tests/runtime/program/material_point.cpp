@@ -55,6 +55,11 @@ TEST_CASE("Mohr-Coulomb bears 2 c cos(phi) / (1 - sin(phi)) in uniaxial compress
     const MaterialPoint point = triaxial(soil(phi, c, 100), 0, -0.02);
     CHECK(relative(-point.stress()[2], 2 * c * k / (1 - s)) < 1e-8);
     CHECK(point.divided() == 0);
+    // The sides are on the limit of tension where that is zero.
+    const MaterialPoint without = triaxial(soil(phi, c, 0), 0, -0.02);
+    CHECK(relative(-without.stress()[2], 2 * c * k / (1 - s)) < 1e-8);
+    for (const std::size_t side : {0u, 1u})
+      CHECK(relative(without.strain()[side], point.strain()[side]) < 1e-8);
   }
 }
 

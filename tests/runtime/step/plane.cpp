@@ -2,8 +2,10 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "physics/particles/derived_fields.h"
 #include "tests/runtime/step/plane_models.h"
@@ -35,6 +37,48 @@ Model<2> yielding(Model<2> model) {
   for (Material& material : model.materials)
     material.law = VonMises{.youngs_modulus = 2000, .poisson_ratio = 0.3, .yield_stress = 100};
   return model;
+}
+
+/// Largest and least stress of the components in the plane, largest amount across it.
+struct SheetStresses {
+  double most[2] = {-HUGE_VAL, -HUGE_VAL}, least[2] = {HUGE_VAL, HUGE_VAL}, across = 0;
+  std::vector<double> all;
+};
+
+/// A sheet of Mohr-Coulomb whose right and upper sides move, in explicit steps. Its strength in
+/// compression along one axis is 17.3 kPa.
+SheetStresses moved_sides(double tension_cutoff, double along_x, double along_y) {
+  Model<2> model = model_of_text<2>(fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": 0.25, "extent": [1, 1]}},
+             "boundary_conditions": {{"velocity_constraints": [
+               {{"nset": "left", "dir": "x", "velocity": 0}},
+               {{"nset": "right", "dir": "x", "velocity": {}}},
+               {{"nset": "low", "dir": "y", "velocity": 0}},
+               {{"nset": "top", "dir": "y", "velocity": {}}}]}}}},
+    "sets": {{"nodes": {{"left": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                       "low": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                       "right": {{"half_space": {{"point": [1, 0], "normal": [-1, 0]}}}},
+                       "top": {{"half_space": {{"point": [0, 1], "normal": [0, -1]}}}}}}}},
+    "materials": [{{"type": "MohrCoulomb", "density": 2000, "youngs_modulus": 2e7,
+                   "poisson_ratio": 0.3, "friction": 30, "dilation": 10, "cohesion": 5000,
+                   "tension_cutoff": {}}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0}}}}],
+    "analysis": {{"plane": "stress", "mpm_scheme": "musl", "dt": 4e-4, "nsteps": 600}}}})",
+      along_x, along_y, tension_cutoff));
+  Simulation simulation(std::move(model), {.threads = 1});
+  simulation.run();
+  const Frame frame = simulation.frame();
+  SheetStresses found;
+  found.all = frame.find("stress")->values;
+  for (std::size_t p = 0; p < frame.id.size(); ++p) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      found.most[k] = std::max(found.most[k], found.all[6 * p + k]);
+      found.least[k] = std::min(found.least[k], found.all[6 * p + k]);
+    }
+    found.across = std::max(found.across, std::abs(found.all[6 * p + 2]));
+  }
+  return found;
 }
 
 /// A square metre in one quasi-static step that moves its right side by -1 cm; its lower and upper
@@ -107,6 +151,28 @@ TEST_CASE("strains across the plane that particles have at the start are kept") 
   }
 }
 
+TEST_CASE("sheets of Mohr-Coulomb whose limit of tension is zero yield as with a little of it") {
+  const double strength = 2 * 5000 * std::sqrt(3.0);
+  const double moves[][2] = {{0, -0.01}, {-0.01, -0.01}, {0.01, -0.01}, {0.01, 0.01}};
+  for (const auto& [x, y] : moves) {
+    CAPTURE(x);
+    CAPTURE(y);
+    const SheetStresses none = moved_sides(0, x, y), little = moved_sides(1e-3, x, y),
+                        some = moved_sides(1, x, y);
+    CHECK(none.all == little.all);
+    for (const SheetStresses* one : {&none, &some}) {
+      CHECK(one->across < 1e-9 * strength);
+      for (const double least : one->least) CHECK(least > -(1 + 1e-9) * strength);
+    }
+    for (const double most : none.most) CHECK(most < 0.01);
+    if (y < 0) CHECK(std::abs(none.least[1] / -strength - 1) < 1e-3);
+    double apart = 0;
+    for (std::size_t i = 0; i < none.all.size(); ++i)
+      apart = std::max(apart, std::abs(none.all[i] - some.all[i]));
+    CHECK(apart < 5e-3 * strength);
+  }
+}
+
 TEST_CASE("axisymmetric models give the serial loop's bits, and go on from any state") {
   for (const Scheme scheme : schemes) {
     CAPTURE(static_cast<int>(scheme));
@@ -141,6 +207,15 @@ TEST_CASE("sheets give the serial loop's bits, and go on from any state") {
     };
     check(sheet(two_discs()));
     check(sheet(yielding(two_discs())));
+    Model<2> soil = two_discs();
+    for (Material& material : soil.materials)
+      material.law = MohrCoulomb{.youngs_modulus = 2000,
+                                 .poisson_ratio = 0.3,
+                                 .friction = 30,
+                                 .dilation = 10,
+                                 .cohesion = 20,
+                                 .tension_cutoff = 0};
+    check(sheet(std::move(soil)));
     check(sheet(distorted(two_discs(), 0.012)));
     for (const ShapeFunctions functions : {ShapeFunctions::gimp, ShapeFunctions::quadratic_spline})
       check(sheet(with_functions(yielding(two_discs()), functions)));
