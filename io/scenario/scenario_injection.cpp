@@ -10,6 +10,7 @@
 #include "io/base/text.h"
 #include "io/mesh/shared_mesh.h"
 #include "io/scenario/scenario_builder.h"
+#include "io/scenario/surface_faces.h"
 #include "physics/base/directory_rank.h"
 
 namespace lahar {
@@ -86,57 +87,28 @@ double share_of_event(const std::pair<Vec<Dim>, Vec<Dim>>& cell, std::span<const
   return std::min(1.0, flows.sum());
 }
 
-/// A face of a cell, by its corners in ascending order, and what leaves the cell there [m^3/s].
-struct FaceFlow {
-  std::array<Index, most_face_corners> corners;
-  double flow;
-};
-
 /// [m^3/s] that leave the cells of all members together with a velocity. Collective.
 template <int Dim>
-double flow_out_of(const Mesh<Dim>& mesh, const std::vector<Index>& cells, const Vec<Dim>& velocity,
+double flow_out_of(const Mesh<Dim>& mesh, std::vector<Index> cells, const Vec<Dim>& velocity,
                    const Analysis& analysis, const Team& team) {
-  const ElementInfo& element = info(mesh.element());
-  std::vector<std::vector<FaceFlow>> faces(static_cast<std::size_t>(team.size()));
-  for (const Index cell : cells) {
-    const auto nodes = mesh.element_nodes(cell);
-    Vec<Dim> centre = Vec<Dim>::Zero();
-    for (int a = 0; a < element.corners; ++a)
-      centre += mesh.node(nodes.id[static_cast<std::size_t>(a)]) / element.corners;
-    for (std::size_t f = 0; f < static_cast<std::size_t>(element.faces); ++f) {
-      FaceFlow face{.corners = {-1, -1, -1, -1}, .flow = 0};
-      std::array<Vec<Dim>, most_face_corners> x;
-      std::size_t n = 0;
-      for (const signed char corner : element.face[f])
-        if (corner >= 0) {
-          face.corners[n] = nodes.id[static_cast<std::size_t>(corner)];
-          x[n] = mesh.node(face.corners[n]);
-          ++n;
-        }
-      Vec<Dim> area, middle = Vec<Dim>::Zero();  // the area along its normal
-      for (std::size_t k = 0; k < n; ++k) middle += x[k] / static_cast<double>(n);
-      if constexpr (Dim == 2) {
-        area = Vec<2>(x[1][1] - x[0][1], x[0][0] - x[1][0]) * depth_at(analysis, middle[0]);
-      } else {
-        area = 0.5 * (x[2] - x[0]).cross(n == 4 ? Vec<3>(x[3] - x[1]) : Vec<3>(x[2] - x[1]));
-      }
-      if (area.dot(middle - centre) < 0) area = -area;
-      face.flow = area.dot(velocity);
-      std::sort(face.corners.begin(), face.corners.end());
-      const Index key = face.corners[face.corners.size() - 1];
-      faces[static_cast<std::size_t>(directory_rank(key, team.size()))].push_back(face);
-    }
-  }
-  std::vector<FaceFlow> all = joined(team.exchange(std::move(faces)));
-  std::sort(all.begin(), all.end(),
-            [](const FaceFlow& a, const FaceFlow& b) { return a.corners < b.corners; });
+  std::sort(cells.begin(), cells.end());
   double out = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const bool inside = (i > 0 && all[i - 1].corners == all[i].corners) ||
-                        (i + 1 < all.size() && all[i + 1].corners == all[i].corners);
-    if (!inside) out += std::max(0.0, all[i].flow);
+  for (const CellFace<Dim>& face : faces_of_surface<Dim>(mesh, cells, cells, team)) {
+    const auto corner = [&](int k) {
+      return Vec<Dim>(face.x[static_cast<std::size_t>(k % face.corners)].data());
+    };
+    Vec<Dim> area, middle = Vec<Dim>::Zero();  // the area along its normal
+    for (int k = 0; k < face.corners; ++k) middle += corner(k) / face.corners;
+    if constexpr (Dim == 2) {
+      const Vec<2> along = corner(1) - corner(0);
+      area = Vec<2>(along[1], -along[0]) * depth_at(analysis, middle[0]);
+    } else {
+      area = 0.5 * (corner(2) - corner(0)).cross(corner(3) - corner(1));  // of three: 3 is 0
+    }
+    if (area.dot(middle - Vec<Dim>(face.centre.data())) < 0) area = -area;
+    out += std::max(0.0, area.dot(velocity));
   }
-  return team.sum(out);
+  return out;
 }
 
 }  // namespace
