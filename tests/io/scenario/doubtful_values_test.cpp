@@ -143,7 +143,8 @@ TEST_CASE("a small body that makes all steps short is warned of") {
               "material 'steel' makes time steps 73.4 times shorter than all other materials need");
   CHECK(warnings_of({.steel_modulus = "5e8"}) == "");
   // If most of the model is stiff, steps are as short as they must be.
-  CHECK(warnings_of({.clay_modulus = "1e11", .steel_modulus = "2e7"}) == "");
+  CHECK(warnings_of({.clay_modulus = "1e11", .steel_modulus = "2e7"}).find("makes time steps") ==
+        std::string::npos);
   CHECK(warnings_of({.steel_modulus = "2.1e11",
                      .analysis = R"(, "mpm_scheme": "newmark", "dt": 0.1)"}) == "");
 }

@@ -73,11 +73,8 @@ TEST_CASE("liquids that are less than a cell deep are warned of, with where and 
                         R"("type": "Newtonian", "bulk_modulus": 4e5, "dynamic_viscosity": 1e-3)",
                     soil = R"("type": "LinearElastic", "youngs_modulus": 1e7, "poisson_ratio": 0)",
                     shallow = "of its area the liquid is less than a cell deep";
-  for (const char* up : {"y", "x"}) {
-    const std::string said = said_of_water(0.05, water, up);
-    CHECK(says(said, "over 75 % " + shallow + ", 0.05 m in the mean"));
-    CHECK(says(said, fmt::format("cells of at most 0.025 m along {}", up)));
-  }
+  for (const char* up : {"y", "x"})
+    CHECK(says(said_of_water(0.05, water, up), "over 75 % " + shallow + ", 0.05 m in the mean"));
   CHECK_FALSE(says(said_of_water(0.1, water), shallow));
   CHECK_FALSE(says(said_of_water(0.05, soil), shallow));
 }

@@ -93,7 +93,7 @@ TEST_CASE("a cell is filled again as soon as it is empty: mass, places and ids f
 
 TEST_CASE("what came in is told beside what velocity, area and time say") {
   const auto injected = [](double gravity) {
-    constexpr Index steps = 40;
+    constexpr Index steps = 25;
     Model<2> model = free_jet(inlet, steps);
     model.gravity = Vec<2>(gravity, 0);
     Simulation simulation(model, serial());
