@@ -1,7 +1,6 @@
 /// \file A case with every kind of gauge, for tests of bits.
 #pragma once
 
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -68,8 +67,7 @@ struct Gauged {
   std::string rows;
   std::vector<double> maps;
   bool operator==(const Gauged& other) const {
-    return rows == other.rows && maps.size() == other.maps.size() &&
-           std::memcmp(maps.data(), other.maps.data(), maps.size() * sizeof(double)) == 0;
+    return rows == other.rows && same_bits(maps, other.maps);
   }
 };
 
