@@ -275,7 +275,8 @@ void ScenarioBuilder<Dim>::warn_of_stiffness_contrast() {
   std::vector<double> modulus;
   for (std::size_t m = 0; m < n; ++m) {
     const Law& law = model_.materials[m].law;
-    modulus.push_back(has_pressure(law) ? 0.0 : wave_modulus(law));  // liquids change their shape
+    // Liquids change their shape, and some soils their stiffness.
+    modulus.push_back(has_pressure(law) || stiffness_follows_stress(law) ? 0.0 : wave_modulus(law));
   }
   if (std::count_if(modulus.begin(), modulus.end(), [](double M) { return M > 0; }) < 2) return;
   // Each cell has the stiffest material of its particles.
@@ -340,7 +341,8 @@ void ScenarioBuilder<Dim>::warn_of_stiffness_contrast() {
     if (ratio > contrast[m]) contrast[m] = ratio, stiffest[m] = static_cast<double>(other);
   }
   for (std::size_t m = 0; m < n; ++m) {
-    const double all = static_cast<double>(team_.sum(cells[m])), share = team_.sum(lost[m]) / all;
+    const double all = static_cast<double>(team_.sum(cells[m])), ratio = team_.sum(lost[m]) / all;
+    const double share = ratio / (1 + ratio);  // thin layers have no cell to lose
     const auto of_all = team_.most({contrast[m]});
     const auto who = team_.most({contrast[m] == of_all.front() ? stiffest[m] : -1.0});
     if (all == 0 || !(share >= least_error)) continue;
@@ -349,7 +351,7 @@ void ScenarioBuilder<Dim>::warn_of_stiffness_contrast() {
         fmt::format(
             "material '{}' meets '{}', which is {:.3g} times as stiff: smooth functions "
             "carry its stiffness into the softer one, which deforms about {:.0f} % too little, "
-            "by its own weight twice as much",
+            "by its own weight up to twice as much",
             model_.materials[m].name, model_.materials[static_cast<std::size_t>(who.front())].name,
             1 + of_all.front(), 100 * share),
         "\"shape_functions\": \"gimp\", with the border of the two on faces of cells; half the "

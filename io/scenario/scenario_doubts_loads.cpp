@@ -225,15 +225,16 @@ void ScenarioBuilder<Dim>::warn_of_pushing_nodes() {
         high = std::max(high, -around[2 * n + i]);
       }
       if (pushing == 0 || ways[ahead] <= reach * length ||
-          static_cast<double>(pushing) < most * static_cast<double>(touching))
+          static_cast<double>(pushing) <= most * static_cast<double>(touching))
         continue;
       in_.warning(
           *entry,
-          fmt::format("{} nodes at {} = {:g}{} push material by {:.3g} m, {:.3g} cells: nodes stay "
-                      "where they are, and material that has left them is pushed no more",
-                      pushing, "xyz"[*dir], low,
-                      low < high ? fmt::format(" to {:g}", high) : std::string(), ways[ahead],
-                      ways[ahead] / length),
+          fmt::format(
+              "{} node{} at {} = {:g}{} push material by {:.3g} m, {:.3g} cells: nodes stay "
+              "where they are, and material that has left them is pushed no more",
+              pushing, pushing == 1 ? "" : "s", "xyz"[*dir], low,
+              low < high ? fmt::format(" to {:g}", high) : std::string(), ways[ahead],
+              ways[ahead] / length),
           std::string("push with a plate in 'rigid_bodies', which moves") +
               (is_implicit(a) ? ""
                               : ", or prescribe velocities of the particles at this end "

@@ -378,6 +378,8 @@ void ScenarioBuilder<Dim>::warn_of_overlap(const std::vector<Box>& boxes) {
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_thick_loads() {
   constexpr Index most_in_slopes = 3;  // in a row, of up to 45 degrees along both axes
+  const char* const newton = is_per_metre() ? "N/m" : "N";
+  const char* const m2 = is_per_metre() ? "m" : "m^2";
   const auto entries =
       get_list(section("external_loading_conditions"), "particle_surface_traction");
   for (std::size_t k = 0; k < std::min(entries.size(), layers_of_loads_.size()); ++k) {
@@ -386,27 +388,28 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
     if (hidden.inside)
       in_.warning(*entries[k],
                   fmt::format("the cells of these particles have material all around: the traction "
-                              "is {:.4g} N on {:.4g} m^2, the sum of areas that each particle has "
+                              "is {:.4g} {} on {:.4g} {}, the sum of areas that each particle has "
                               "by its volume",
-                              traction * hidden.area, hidden.area),
+                              traction * hidden.area, newton, hidden.area, m2),
                   "give the set the particles at a surface");
     else if (hidden.at_faces && hidden.count > 0 && layers_of_loads_[k] >= one_layer)
       in_.warning(*entries[k],
                   fmt::format("{} of the {} particles of this traction lie behind others, and get "
-                              "none: it is {:.4g} N on {:.4g} m^2, the surface as seen along {}",
-                              hidden.count, hidden.loaded, traction * hidden.area, hidden.area,
-                              "xyz"[hidden.axis]),
+                              "none: it is {:.4g} {} on {:.4g} {}, the surface as seen along {}",
+                              hidden.count, hidden.loaded, traction * hidden.area, newton,
+                              hidden.area, m2, "xyz"[hidden.axis]),
                   "give the set the particles at the surface, and surfaces that face other ways "
                   "sets and tractions of their own");
     else if (hidden.other_axis >= 0)
       in_.warning(*entries[k],
                   fmt::format("the particles of this traction are one layer along {} and along {}: "
-                              "it acts on {:.4g} m^2 across {}; the surface across {} would have "
-                              "{:.4g} m^2",
+                              "it acts on {:.4g} {} across {}; the surface across {} would have "
+                              "{:.4g} {}",
                               "xyz"[std::min(hidden.axis, hidden.other_axis)],
-                              "xyz"[std::max(hidden.axis, hidden.other_axis)], hidden.area,
-                              "xyz"[hidden.axis], "xyz"[hidden.other_axis], hidden.other_area),
-                  "if that is meant, multiply the traction by the ratio of these areas");
+                              "xyz"[std::max(hidden.axis, hidden.other_axis)], hidden.area, m2,
+                              "xyz"[hidden.axis], "xyz"[hidden.other_axis], hidden.other_area, m2),
+                  fmt::format("if the surface across {} is meant, multiply the traction by {:.4g}",
+                              "xyz"[hidden.other_axis], hidden.other_area / hidden.area));
     else if (hidden.at_faces)
       continue;
     else if (layers_of_loads_[k] >= one_layer && hidden.count == 0)
@@ -419,10 +422,10 @@ void ScenarioBuilder<Dim>::warn_of_thick_loads() {
     else if (hidden.deepest > most_in_slopes)
       in_.warning(*entries[k],
                   fmt::format("{} of the {} particles of this traction lie behind others along {}, "
-                              "up to {} in a row, and get none: it is {:.4g} N on {:.4g} m^2, the "
+                              "up to {} in a row, and get none: it is {:.4g} {} on {:.4g} {}, the "
                               "surface as seen along {}",
                               hidden.count, hidden.loaded, "xyz"[hidden.axis], hidden.deepest,
-                              traction * hidden.area, hidden.area, "xyz"[hidden.axis]),
+                              traction * hidden.area, newton, hidden.area, m2, "xyz"[hidden.axis]),
                   "give surfaces that face other ways sets and tractions of their own");
   }
 }

@@ -159,7 +159,7 @@ void ScenarioBuilder<Dim>::warn_of_large_volumes() {
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_shallow_liquids() {
   constexpr double least_depth = 0.9;  // of a cell
-  constexpr double least_share = 0.1;  // of its area; less is the edge of a body
+  constexpr double least_share = 0.3;  // of its area; less is the shore of a pool
   if (in_.cbgeo_defaults || !mesh_->is_structured() || model_.gravity.norm() == 0 ||
       model_.analysis.plane == Plane::axisymmetric)
     return;

@@ -87,16 +87,28 @@ double share_of_event(const std::pair<Vec<Dim>, Vec<Dim>>& cell, std::span<const
   return std::min(1.0, flows.sum());
 }
 
-/// [m^3/s] that leave the cells of all members together with a velocity. Collective.
+/// [m^3/s] that leave the cells of all members together with a velocity, but for faces at the
+/// border of the mesh, as those on a bed. Collective.
 template <int Dim>
 double flow_out_of(const Mesh<Dim>& mesh, std::vector<Index> cells, const Vec<Dim>& velocity,
                    const Analysis& analysis, const Team& team) {
+  constexpr double rounding = 1e-9;
+  const auto [low, high] = mesh.bounds();
   std::sort(cells.begin(), cells.end());
   double out = 0;
   for (const CellFace<Dim>& face : faces_of_surface<Dim>(mesh, cells, cells, team)) {
     const auto corner = [&](int k) {
       return Vec<Dim>(face.x[static_cast<std::size_t>(k % face.corners)].data());
     };
+    bool at_border = false;
+    for (int d = 0; d < Dim; ++d)
+      for (const double end : {low[d], high[d]}) {
+        bool all = true;
+        for (int k = 0; k < face.corners; ++k)
+          all = all && std::abs(corner(k)[d] - end) <= rounding * (high[d] - low[d]);
+        at_border = at_border || all;
+      }
+    if (at_border) continue;
     Vec<Dim> area, middle = Vec<Dim>::Zero();  // the area along its normal
     for (int k = 0; k < face.corners; ++k) middle += corner(k) / face.corners;
     if constexpr (Dim == 2) {

@@ -48,7 +48,7 @@ template <int Dim>
 HiddenLoads ScenarioBuilder<Dim>::load_faces(ParticleTraction& traction, double layers,
                                              LoadedFaces& at) const {
   constexpr double one_sided = 0.5;  // of the area that is seen: the body lies behind it
-  constexpr double clearly = 1.01;
+  constexpr double clearly = 1.01, rounding = 1e-6;
   const auto& p = model_.particles;
   const auto place = [](int axis, bool up) { return static_cast<std::size_t>(2 * axis + up); };
   std::vector<Index> cells;
@@ -73,11 +73,17 @@ HiddenLoads ScenarioBuilder<Dim>::load_faces(ParticleTraction& traction, double 
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::pair(a.cell, a.id) < std::pair(b.cell, b.id);
   });
-  const std::vector<SeenAreas<Dim>> areas = areas_of<Dim>(faces, all, model_.analysis);
+  const std::vector<SurfaceShare<Dim>> areas = areas_of<Dim>(faces, all, model_.analysis);
 
   SeenAreas<Dim> total{};
-  for (std::size_t i = 0; i < all.size(); ++i)
-    for (std::size_t k = 0; k < total.size(); ++k) total[k] += all[i].loaded ? areas[i][k] : 0.0;
+  Index across = 0, across_dir = 0;  // particles with faces that look along an axis; along dir
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!all[i].loaded) continue;
+    for (std::size_t k = 0; k < total.size(); ++k) total[k] += areas[i].seen[k];
+    const auto& looks = areas[i].across;
+    across += std::find(looks.begin(), looks.end(), true) != looks.end() ? 1 : 0;
+    across_dir += looks[static_cast<std::size_t>(traction.dir)] ? 1 : 0;
+  }
   std::array<double, static_cast<std::size_t>(Dim)> seen, net;
   for (int d = 0; d < Dim; ++d) {
     const double down = total[place(d, false)], up = total[place(d, true)];
@@ -96,18 +102,28 @@ HiddenLoads ScenarioBuilder<Dim>::load_faces(ParticleTraction& traction, double 
   const auto& by = is_side ? net : seen;
   const auto largest = std::max_element(by.begin(), by.end());
   const double along = by[static_cast<std::size_t>(traction.dir)];
-  const bool is_body = !is_side && layers >= two_layers && along > 0;
-  traction.axis = !is_body && *largest > clearly * along ? static_cast<int>(largest - by.begin())
-                                                         : traction.dir;
+  const bool has_area = along > rounding * most;
+  const bool is_body = !is_side && layers >= two_layers && has_area;
+  // Faces at the sides of the mesh are faces, too: where most particles are at a surface across
+  // the traction, it is meant, however large the others are.
+  const bool is_own = has_area && across > 0 && 2 * across_dir >= across;
+  const bool is_larger = *largest > clearly * along;
+  traction.axis =
+      !is_body && !is_own && is_larger ? static_cast<int>(largest - by.begin()) : traction.dir;
   const double below = total[place(traction.axis, false)],
                above = total[place(traction.axis, true)];
   const bool pressed = traction.dir != traction.axis || traction.traction <= 0;
-  const bool up = std::abs(above - below) > (clearly - 1) * most ? above > below : pressed;
+  const bool clear = std::abs(above - below) > (clearly - 1) * most;
+  const bool up = clear || above == 0 || below == 0 ? above > below : pressed;
   const std::size_t side = place(traction.axis, up);
   if (traction.dir == traction.axis) traction.side = up ? 1 : -1;
   found.at_faces = true;
   found.axis = traction.axis;
   found.area = total[side];
+  if (is_own && is_larger) {
+    found.other_axis = static_cast<int>(largest - by.begin());
+    found.other_area = *largest;
+  }
 
   // The force is the sum over particles, of rings at their outer sides, in the order of their rows.
   struct Share {
@@ -118,12 +134,12 @@ HiddenLoads ScenarioBuilder<Dim>::load_faces(ParticleTraction& traction, double 
   std::vector<Index> kept;
   const auto axis = static_cast<std::size_t>(traction.axis);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!all[i].loaded || areas[i][side] == 0) continue;
+    if (!all[i].loaded || areas[i].seen[side] == 0) continue;
     ++found.count;
     if (!rows_.holds(all[i].id)) continue;
     const double depth = depth_at(model_.analysis, all[i].x[0]);
     double& area = at.areas[all[i].id][axis];
-    if (area == 0) area = areas[i][side] / depth;
+    if (area == 0) area = areas[i].seen[side] / depth;
     kept.push_back(all[i].id);
     const double offset = 0.5 * traction.side * all[i].volume / (area * depth);
     const bool along_r = model_.analysis.plane == Plane::axisymmetric && traction.axis == 0;
@@ -134,7 +150,7 @@ HiddenLoads ScenarioBuilder<Dim>::load_faces(ParticleTraction& traction, double 
             [](const Share& a, const Share& b) { return a.row < b.row; });
   double sum = 0;
   for (const Share& share : shares) sum += share.area;
-  found.factor = found.area / sum;
+  if (sum > 0) found.factor = found.area / sum;
   found.count = found.loaded - found.count;
   std::sort(kept.begin(), kept.end());
   traction.particles = std::move(kept);

@@ -68,7 +68,7 @@ void ScenarioBuilder<Dim>::describe_tractions(const std::vector<double>& own) {
     const int dir = phase_direction_of(entry).value_or(0);
     in_.loads.push_back(fmt::format("{}: {:.4g} {} along {}{} ({:.4g} Pa on {:.4g} {}){}",
                                     name_of_loaded(in_.either(entry, "pset_id", "pset")),
-                                    traction * area, flat ? "N/m" : "N", "xyz"[dir % Dim],
+                                    traction * area + 0.0, flat ? "N/m" : "N", "xyz"[dir % Dim],
                                     dir >= Dim ? ", on the liquid" : "", traction, area,
                                     flat ? "m" : "m^2", of_time(entry)));
   }
@@ -86,7 +86,7 @@ void ScenarioBuilder<Dim>::describe_nodal_forces() {
     const auto nodes = all ? std::nullopt : members_of(*set, sets_.nodes);
     const Index count = all ? n_nodes() : team_.sum(nodes ? static_cast<Index>(nodes->size()) : 0);
     in_.loads.push_back(fmt::format("{}: {:.4g} {} along {} ({:.4g} {} at each of {} node{}){}",
-                                    name_of_loaded(set), *force * static_cast<double>(count), unit,
+                                    name_of_loaded(set), *force * static_cast<double>(count) + 0.0, unit,
                                     "xyz"[*dir], *force, unit, format_count(count),
                                     count == 1 ? "" : "s", of_time(*entry)));
   }

@@ -123,11 +123,12 @@ std::vector<CellFace<Dim>> faces_of_surface(const Mesh<Dim>& mesh, std::span<con
 }
 
 template <int Dim>
-std::vector<SeenAreas<Dim>> areas_of(std::span<const CellFace<Dim>> faces,
-                                     std::span<const FaceParticle<Dim>> particles,
-                                     const Analysis& analysis) {
-  constexpr double more = 3;  // than 1, squares of distances
-  std::vector<SeenAreas<Dim>> areas(particles.size(), SeenAreas<Dim>{});
+std::vector<SurfaceShare<Dim>> areas_of(std::span<const CellFace<Dim>> faces,
+                                        std::span<const FaceParticle<Dim>> particles,
+                                        const Analysis& analysis) {
+  constexpr double more = 3;     // than 1, squares of distances
+  constexpr double along = 0.9;  // least cosine of a face that looks along an axis
+  std::vector<SurfaceShare<Dim>> shares(particles.size());
   for (const CellFace<Dim>& face : faces) {
     const auto begin = std::lower_bound(particles.begin(), particles.end(), face.cell,
                                         [](const auto& p, Index cell) { return p.cell < cell; });
@@ -143,13 +144,15 @@ std::vector<SeenAreas<Dim>> areas_of(std::span<const CellFace<Dim>> faces,
         nearest = p;
       }
       if (nearest == particles.end()) return;
-      SeenAreas<Dim>& of = areas[static_cast<std::size_t>(nearest - particles.begin())];
-      for (int d = 0; d < Dim; ++d)
-        of[static_cast<std::size_t>(2 * d + (piece.area[d] > 0 ? 1 : 0))] +=
+      SurfaceShare<Dim>& of = shares[static_cast<std::size_t>(nearest - particles.begin())];
+      for (int d = 0; d < Dim; ++d) {
+        of.seen[static_cast<std::size_t>(2 * d + (piece.area[d] > 0 ? 1 : 0))] +=
             std::abs(piece.area[d]) * depth_at(analysis, piece.x[0]);
+        if (std::abs(normal[d]) > along) of.across[static_cast<std::size_t>(d)] = true;
+      }
     });
   }
-  return areas;
+  return shares;
 }
 
 template <int Dim>
@@ -166,10 +169,12 @@ template std::vector<CellFace<2>> faces_of_surface<2>(const Mesh<2>&, std::span<
                                                       std::span<const Index>, const Team&);
 template std::vector<CellFace<3>> faces_of_surface<3>(const Mesh<3>&, std::span<const Index>,
                                                       std::span<const Index>, const Team&);
-template std::vector<SeenAreas<2>> areas_of<2>(std::span<const CellFace<2>>,
-                                               std::span<const FaceParticle<2>>, const Analysis&);
-template std::vector<SeenAreas<3>> areas_of<3>(std::span<const CellFace<3>>,
-                                               std::span<const FaceParticle<3>>, const Analysis&);
+template std::vector<SurfaceShare<2>> areas_of<2>(std::span<const CellFace<2>>,
+                                                  std::span<const FaceParticle<2>>,
+                                                  const Analysis&);
+template std::vector<SurfaceShare<3>> areas_of<3>(std::span<const CellFace<3>>,
+                                                  std::span<const FaceParticle<3>>,
+                                                  const Analysis&);
 template std::array<double, 2> edges_with<2>(const std::array<double, 2>&);
 template std::array<double, 3> edges_with<3>(const std::array<double, 3>&);
 

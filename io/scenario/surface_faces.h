@@ -46,13 +46,20 @@ struct FaceParticle {
 template <int Dim>
 using SeenAreas = std::array<double, static_cast<std::size_t>(2 * Dim)>;
 
+/// What of the faces belongs to a particle.
+template <int Dim>
+struct SurfaceShare {
+  SeenAreas<Dim> seen{};
+  std::array<bool, static_cast<std::size_t>(Dim)> across{};  ///< some face looks along the axis
+};
+
 /// The part of the faces that is nearer to each particle than to others of its cell. Depth counts
 /// more than the distance along the face: the particles at a surface have it. `particles` are in
 /// the order of their cells.
 template <int Dim>
-std::vector<SeenAreas<Dim>> areas_of(std::span<const CellFace<Dim>> faces,
-                                     std::span<const FaceParticle<Dim>> particles,
-                                     const Analysis& analysis);
+std::vector<SurfaceShare<Dim>> areas_of(std::span<const CellFace<Dim>> faces,
+                                        std::span<const FaceParticle<Dim>> particles,
+                                        const Analysis& analysis);
 
 /// Edges of a particle whose faces across each axis have these areas [m].
 template <int Dim>

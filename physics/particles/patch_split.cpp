@@ -72,7 +72,7 @@ class Cutter {
   void take_centres(const Mesh<Dim>& mesh) {
     Vec<Dim> sum = Vec<Dim>::Zero();
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      const auto nodes = mesh.cell_nodes(cells_[i]);
+      const auto nodes = mesh.element_nodes(cells_[i]);
       const Vec<Dim> centre = mesh.cell_centre(cells_[i]);
       Vec<Dim> low = centre, high = centre;
       for (const Index node : nodes) {

@@ -222,8 +222,8 @@ void CaseRun::warn_of_injection(const SimulationInfo& info) {
     if (!(std::abs(one.mass - one.expected) > much * one.expected + one.once)) continue;
     warn(fmt::format(
         "{:.3g} kg were injected where velocity, area and time say {:.3g} kg. Cells are filled "
-        "again when they are empty: what was in them left {}. Prescribe the velocity at the nodes "
-        "of these cells, too (velocity_constraints).",
+        "again when they are empty: what was in them left {}. Take one layer of boxes across "
+        "the flow, and prescribe the velocity at their nodes, too (velocity_constraints).",
         one.mass, one.expected,
         one.mass > one.expected ? "faster than that"
                                 : "more slowly, or came from another of these cells"));

@@ -132,7 +132,8 @@ Verdict solve(const Whole& whole, bool symmetric, double tolerance, Vector& x) {
   Verdict verdict;
   verdict.unsolvable = whole.unsolvable;
   x = Vector::Zero(whole.right.size());
-  if (!whole.right.allFinite() || !std::isfinite(whole.matrix.norm())) {
+  // Where all nodes are held there are no unknowns, and a matrix without rows has no norm.
+  if (x.size() > 0 && (!whole.right.allFinite() || !std::isfinite(whole.matrix.norm()))) {
     verdict.finite = 0;
     return verdict;
   }

@@ -114,7 +114,6 @@ struct SolveCounts {
   ProductCost products;              ///< of this rank
 };
 
-/// What a simulation consists of, for reports.
 /// What a generator has injected since the simulation was made, and what its velocity would bring.
 struct InjectedMass {
   double mass = 0;      ///< [kg]
@@ -122,6 +121,7 @@ struct InjectedMass {
   double once = 0;      ///< [kg] that comes at a time
 };
 
+/// What a simulation consists of, for reports.
 struct SimulationInfo {
   int threads = 1;
   SolveCounts solves = {};

@@ -225,6 +225,20 @@ TEST_CASE("a traction on a plate of one cell acts on one side of it") {
   CHECK(force_on(mesh, tip) == doctest::Approx(0.25 * pressed));
 }
 
+TEST_CASE(
+    "a traction on a narrow strip acts across itself, where a side of the mesh is larger, too") {
+  const std::string mesh = flat_mesh(8, 4, 0.1, true, [](double x, double y) {
+    return std::array{x, 2.5 * y};  // triangles that are higher than wide
+  });
+  const Case c{.body = R"("min": [0, 0], "max": [0.8, 1])",
+               .set = R"("min": [0, 0.76], "max": [0.1, 1])"};
+  CHECK(std::abs(force_on(mesh, c) / (0.1 * pressed) - 1) < 1e-6);
+  CHECK(says(said_of(mesh, c), "it is -100 N/m on 0.1 m, the surface as seen along y"));
+  Case wide = c;
+  wide.set = R"("min": [0, 0.76], "max": [0.2, 1])";
+  CHECK(std::abs(force_on(mesh, wide) / (0.2 * pressed) - 1) < 1e-6);
+}
+
 TEST_CASE("tractions on rings of triangles act on the whole ring") {
   Case c{.analysis = R"(, "plane": "axisymmetric")"};
   const std::string mesh = flat_mesh(4, 6, 0.25, true);
@@ -265,7 +279,7 @@ TEST_CASE("particles of triangles that are at no surface, or behind it, are warn
   CHECK(says(said_of(mesh, inside), "the cells of these particles have material all around"));
   const Case thick{.set = R"("min": [0, 0.3], "max": [1, 2])"};
   CHECK(says(said_of(mesh, thick),
-             "particles of this traction lie behind others, and get none: it is -1000 N on 1 m^2, "
+             "particles of this traction lie behind others, and get none: it is -1000 N/m on 1 m, "
              "the surface as seen along y"));
   CHECK(force_on(mesh, thick) == doctest::Approx(pressed));
   CHECK(said_of(mesh, Case{}) == "");

@@ -76,7 +76,7 @@ TEST_CASE("a traction on surfaces that face two ways is that on one of them, and
   CHECK(force_of(text) == doctest::Approx(-2000));
   CHECK(says(said_of(text),
              "19 of the 59 particles of this traction lie behind others along y, up to 20 in a "
-             "row, and get none: it is -2000 N on 2 m^2, the surface as seen along y"));
+             "row, and get none: it is -2000 N/m on 2 m, the surface as seen along y"));
 }
 
 TEST_CASE("the load on the upper half of a disc's rim is that on its diameter") {
@@ -92,7 +92,7 @@ TEST_CASE("the load on the upper half of a disc's rim is that on its diameter") 
     text.replace(text.find(below), below.size(),
                  R"({"sphere": {"centre": [1, 1], "radius": 0.5}}, "cut_cells": "exact")");
     CHECK(force_of(text) == doctest::Approx(-1000));
-    CHECK(says(said_of(text), "up to 4 in a row, and get none: it is -1000 N on 1 m^2"));
+    CHECK(says(said_of(text), "up to 4 in a row, and get none: it is -1000 N/m on 1 m"));
   }
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("a strip of one particle is loaded on the side at which the body ends"
   CHECK(load_of(strip(corner, "x")) == high);
   CHECK(says(said_of(strip(corner, "x")),
              "the particles of this traction are one layer along x and along y: it acts on 0.05 "
-             "m^2 across x; the surface across y would have 0.1 m^2"));
+             "m across x; the surface across y would have 0.1 m"));
 }
 
 TEST_CASE("what tractions and forces at nodes are in all is said") {
