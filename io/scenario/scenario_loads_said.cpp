@@ -86,8 +86,8 @@ void ScenarioBuilder<Dim>::describe_nodal_forces() {
     const auto nodes = all ? std::nullopt : members_of(*set, sets_.nodes);
     const Index count = all ? n_nodes() : team_.sum(nodes ? static_cast<Index>(nodes->size()) : 0);
     in_.loads.push_back(fmt::format("{}: {:.4g} {} along {} ({:.4g} {} at each of {} node{}){}",
-                                    name_of_loaded(set), *force * static_cast<double>(count) + 0.0, unit,
-                                    "xyz"[*dir], *force, unit, format_count(count),
+                                    name_of_loaded(set), *force * static_cast<double>(count) + 0.0,
+                                    unit, "xyz"[*dir], *force, unit, format_count(count),
                                     count == 1 ? "" : "s", of_time(*entry)));
   }
 }
