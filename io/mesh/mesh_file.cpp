@@ -6,6 +6,7 @@
 
 #include "io/base/file_part.h"
 #include "io/mesh/shared_mesh.h"
+#include "physics/base/sort_unique.h"
 
 namespace lahar {
 
@@ -149,8 +150,7 @@ Mesh<Dim> make_share(MeshRows<Dim>& rows, Element element, bool isoparametric, c
   const auto [first, end] = own_cells(rows.n_cells, team);
   for (Index cell = first; cell < end; ++cell) own.cells.push_back(cell);
   own.nodes.assign(rows.cell_nodes.begin(), rows.cell_nodes.end());
-  std::sort(own.nodes.begin(), own.nodes.end());
-  own.nodes.erase(std::unique(own.nodes.begin(), own.nodes.end()), own.nodes.end());
+  sort_unique(own.nodes);
   own.nodes.shrink_to_fit();
   own.x = find_nodes(rows, {own.nodes.begin(), own.nodes.end()}, team);
   own.cell_nodes = std::move(rows.cell_nodes);

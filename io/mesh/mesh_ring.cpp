@@ -10,6 +10,7 @@
 #include <span>
 
 #include "physics/base/directory_rank.h"
+#include "physics/base/sort_unique.h"
 
 namespace lahar {
 
@@ -140,8 +141,7 @@ std::optional<std::vector<RingCell<Dim>>> find_ring_cells(const MeshRows<Dim>& r
                                                           const Team& team) {
   constexpr std::size_t per_cell = static_cast<std::size_t>(corners<Dim> + ring_nodes<Dim>);
   std::vector<Local> nodes = rows.cell_nodes;
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_unique(nodes);
   const std::vector<Vec<Dim>> x = find_nodes(rows, nodes, team);
   const auto x_of = [&](Local node) -> const Vec<Dim>& {
     return x[static_cast<std::size_t>(std::lower_bound(nodes.begin(), nodes.end(), node) -

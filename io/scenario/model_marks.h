@@ -6,9 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "io/json/json_source.h"
 #include "physics/base/types.h"
 
 namespace lahar {
+
+/// What an entry acts on, by its set: "floor", "set 3", "all"; "of a file" without one.
+std::string name_of_set(const JsonValue* set);
 
 /// One of them. All entries of one kind for one set are one mark.
 struct ModelMark {

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/sort_unique.h"
 #include "physics/materials/law.h"
 
 namespace lahar {
@@ -146,11 +147,6 @@ struct Filled {
   auto operator<=>(const Filled&) const = default;
 };
 
-void sort_once(std::vector<Filled>& cells) {
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-}
-
 bool yields(const Law& law) {
   return std::holds_alternative<MohrCoulomb>(law) || std::holds_alternative<DruckerPrager>(law) ||
          std::holds_alternative<VonMises>(law) || std::holds_alternative<ModifiedCamClay>(law) ||
@@ -187,7 +183,7 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
   for (std::size_t i = 0; i < p.x.size(); ++i)
     if (yields(materials[p.material[i]].law))
       own.push_back({p.cell[i], static_cast<int>(p.material[i] % n), p.cell[i]});
-  sort_once(own);
+  sort_unique(own);
   const auto counts = mesh_->counts();
   std::vector<Index> block(n, 3);   // cells along each axis that counts
   std::vector<Index> around(n, 1);  // of a block
@@ -239,7 +235,7 @@ void ScenarioBuilder<Dim>::warn_of_thin_layers() {
         to[static_cast<std::size_t>(team_.member(cell, mesh_->n_cells()))].push_back(
             {cell, from.material, from.cell});
   std::vector<Filled> told = joined(team_.exchange(std::move(to)));
-  sort_once(told);
+  sort_unique(told);
   for (std::size_t begin = 0, end = 0; begin < told.size(); begin = end) {
     const Filled& at = told[begin];
     while (end < told.size() && told[end].cell == at.cell && told[end].material == at.material)
@@ -278,7 +274,16 @@ void ScenarioBuilder<Dim>::warn_of_stiffness_contrast() {
     // Liquids change their shape, and some soils their stiffness.
     modulus.push_back(has_pressure(law) || stiffness_follows_stress(law) ? 0.0 : wave_modulus(law));
   }
-  if (std::count_if(modulus.begin(), modulus.end(), [](double M) { return M > 0; }) < 2) return;
+  /// Cells that a material loses at each face beside another one.
+  const auto lost_beside = [](double own, double other) {
+    const double ratio = other / own - 1;
+    return ratio > 0 ? most_cells * ratio / (ratio + half) : 0.0;
+  };
+  const double stiffest_of_all = *std::max_element(modulus.begin(), modulus.end());
+  if (std::none_of(modulus.begin(), modulus.end(), [&](double own) {
+        return own > 0 && 2 * Dim * lost_beside(own, stiffest_of_all) >= least_error;
+      }))
+    return;
   // Each cell has the stiffest material of its particles.
   struct Stiffest {
     Index cell;
@@ -335,9 +340,8 @@ void ScenarioBuilder<Dim>::warn_of_stiffness_contrast() {
   for (std::size_t k = 0; k < beside.size(); ++k) {
     if (beside[k] < 0) continue;
     const std::size_t m = of[k], other = static_cast<std::size_t>(beside[k]);
-    const double ratio = modulus[other] / modulus[m] - 1;
-    if (!(ratio > 0)) continue;
-    lost[m] += most_cells * ratio / (ratio + half);
+    lost[m] += lost_beside(modulus[m], modulus[other]);
+    const double ratio = modulus[other] / modulus[m];
     if (ratio > contrast[m]) contrast[m] = ratio, stiffest[m] = static_cast<double>(other);
   }
   for (std::size_t m = 0; m < n; ++m) {
@@ -353,7 +357,7 @@ void ScenarioBuilder<Dim>::warn_of_stiffness_contrast() {
             "carry its stiffness into the softer one, which deforms about {:.0f} % too little, "
             "by its own weight up to twice as much",
             model_.materials[m].name, model_.materials[static_cast<std::size_t>(who.front())].name,
-            1 + of_all.front(), 100 * share),
+            of_all.front(), 100 * share),
         "\"shape_functions\": \"gimp\", with the border of the two on faces of cells; half the "
         "cell, which halves this error; or a rigid body in place of what hardly deforms");
   }

@@ -11,6 +11,7 @@
 
 #include "io/scenario/scenario_builder.h"
 #include "physics/base/directory_rank.h"
+#include "physics/base/sort_unique.h"
 
 namespace lahar {
 
@@ -90,16 +91,12 @@ void ScenarioBuilder<Dim>::warn_of_forces_on_nothing() {
   if (!given || !in_.stage.empty() || !model_.injections.empty()) return;
   const bool smooth = model_.analysis.functions != ShapeFunctions::element;
   if (smooth && !(mesh_->is_structured() && mesh_->is_multilinear())) return;
-  const auto sort_nodes = [](std::vector<Index>& ids) {
-    std::sort(ids.begin(), ids.end());
-    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  };
   std::vector<Index> own;
   for (const NodeForce& load : entries_of<NodeForce>(model_))
     if (load.force != 0) own.push_back(load.node);
-  sort_nodes(own);
+  sort_unique(own);
   std::vector<Index> loaded = joined(team_.gather(own));
-  sort_nodes(loaded);
+  sort_unique(loaded);
   if (loaded.empty()) return;
   // The nodes of a block around a node; without smooth functions the node alone.
   const auto around = [&](Index node, auto&& visit) {
@@ -125,10 +122,10 @@ void ScenarioBuilder<Dim>::warn_of_forces_on_nothing() {
   };
   std::vector<Index> nodes;
   for (const Index node : loaded) around(node, [&](Index one) { nodes.push_back(one); });
-  sort_nodes(nodes);
+  sort_unique(nodes);
   std::vector<double> filled(nodes.size(), 0.0);  // 1: a cell of the node has particles
   std::vector<Index> cells = model_.particles.cell;
-  sort_nodes(cells);
+  sort_unique(cells);
   const auto mesh = mesh_with(cells);
   for (const Index cell : cells)
     for (const Index node : mesh->element_nodes(cell)) {
@@ -165,30 +162,36 @@ void ScenarioBuilder<Dim>::warn_of_pushing_nodes() {
   if (in_.cbgeo_defaults || !in_.stage.empty() || !model_.injections.empty() ||
       !std::isfinite(end) || team_.any(!model_.node_frames.empty()))
     return;
-  std::vector<Index> cells = model_.particles.cell;
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  const auto mesh = mesh_with(cells);
-  std::vector<std::pair<const JsonValue*, double>> entries;  // and their velocities [m/s]
+  struct Moved {
+    const JsonValue* entry;
+    int dir;
+    std::array<double, 2> ways;  ///< travels()
+    const std::vector<Index>* nodes;
+  };
+  std::vector<Moved> all_moved;
+  const auto add = [&](const JsonValue& entry, double velocity) {
+    const auto dir = get_direction(entry, "dir");
+    const JsonValue* set = in_.either(entry, "nset_id", "nset");
+    if (!dir || *dir >= Dim || !set || velocity == 0 || get_text(entry, "phase") == "liquid")
+      return;
+    if (set->is_number() && set->number() == -1) return;  // all nodes move a body as a whole
+    const int function = find_function(entry);
+    const auto* factor =
+        function >= 0 ? &model_.functions[static_cast<std::size_t>(function)] : nullptr;
+    if (const auto* nodes = sets_.nodes.find(*set, in_))
+      all_moved.push_back({&entry, *dir, travels(velocity, factor, end), nodes});
+  };
   for (const JsonValue* entry : get_list(boundary(), NodeVelocity::key))
-    entries.emplace_back(entry, get_number(*entry, "velocity").value_or(0));
+    add(*entry, get_number(*entry, "velocity").value_or(0));
   for (const JsonValue* entry : get_list(boundary(), NodeDisplacement::key))  // in each step
-    entries.emplace_back(entry, get_number(*entry, "displacement").value_or(0) / a.step.dt);
-  for (const auto& [entry, velocity] : entries) {
-    const auto dir = get_direction(*entry, "dir");
-    const JsonValue* set = in_.either(*entry, "nset_id", "nset");
-    if (!dir || *dir >= Dim || !set || velocity == 0 || get_text(*entry, "phase") == "liquid")
-      continue;
-    if (set->is_number() && set->number() == -1) continue;  // all nodes move a body as a whole
-    const auto* own = sets_.nodes.find(*set, in_);
-    if (!own) continue;
-    const int function = find_function(*entry);
-    const auto ways = travels(
-        velocity, function >= 0 ? &model_.functions[static_cast<std::size_t>(function)] : nullptr,
-        end);
+    add(*entry, get_number(*entry, "displacement").value_or(0) / a.step.dt);
+  if (all_moved.empty()) return;
+  std::vector<Index> cells = model_.particles.cell;
+  sort_unique(cells);
+  const auto mesh = mesh_with(cells);
+  for (const auto& [entry, dir, ways, own] : all_moved) {
     std::vector<Index> nodes = joined(team_.gather(*own));
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    sort_unique(nodes);
     // By node: the length of cells with particles above and below it along the axis, and minus its
     // place there.
     const std::size_t n = nodes.size();
@@ -198,14 +201,14 @@ void ScenarioBuilder<Dim>::warn_of_pushing_nodes() {
       const auto corners = mesh->element_nodes(cell);
       double low = infinity, high = -infinity;
       for (const Index node : corners) {
-        low = std::min(low, mesh->node(node)[*dir]);
-        high = std::max(high, mesh->node(node)[*dir]);
+        low = std::min(low, mesh->node(node)[dir]);
+        high = std::max(high, mesh->node(node)[dir]);
       }
       for (const Index node : corners) {
         const auto at = std::lower_bound(nodes.begin(), nodes.end(), node);
         if (at == nodes.end() || *at != node) continue;
         const auto i = static_cast<std::size_t>(at - nodes.begin());
-        const double x = mesh->node(node)[*dir];
+        const double x = mesh->node(node)[dir];
         double& length = around[(x < (low + high) / 2 ? 0 : n) + i];
         length = std::max(length, high - low);
         around[2 * n + i] = -x;
@@ -232,7 +235,7 @@ void ScenarioBuilder<Dim>::warn_of_pushing_nodes() {
           fmt::format(
               "{} node{} at {} = {:g}{} push material by {:.3g} m, {:.3g} cells: nodes stay "
               "where they are, and material that has left them is pushed no more",
-              pushing, pushing == 1 ? "" : "s", "xyz"[*dir], low,
+              pushing, pushing == 1 ? "" : "s", "xyz"[dir], low,
               low < high ? fmt::format(" to {:g}", high) : std::string(), ways[ahead],
               ways[ahead] / length),
           std::string("push with a plate in 'rigid_bodies', which moves") +
@@ -262,8 +265,7 @@ void ScenarioBuilder<Dim>::warn_of_free_inflow() {
     const auto mesh = mesh_with(injection.cells);
     for (const Index cell : injection.cells)
       for (const Index node : mesh->element_nodes(cell)) nodes.push_back(node);
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    sort_unique(nodes);
     const auto known = ask<char>(
         team_, nodes, [&](Index node) { return directory_rank(node, team_.size()); },
         [&](Index node) {

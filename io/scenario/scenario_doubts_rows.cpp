@@ -9,6 +9,7 @@
 
 #include "io/scenario/scenario_builder.h"
 #include "physics/base/directory_rank.h"
+#include "physics/base/sort_unique.h"
 
 namespace lahar {
 
@@ -21,11 +22,6 @@ bool has_place(const std::vector<T>& entries, std::pair<Index, int> place) {
       std::lower_bound(entries.begin(), entries.end(), place,
                        [](const T& entry, const auto& key) { return place_of(entry) < key; });
   return at != entries.end() && place_of(*at) == place;
-}
-
-void sort_unique(std::vector<Index>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/sort_unique.h"
 #include "physics/materials/tangent.h"
 
 namespace lahar {
@@ -124,8 +125,7 @@ void ScenarioBuilder<Dim>::warn_of_falling_bodies() {
     for (const T& entry : entries_of<T>(model_))
       if (ActsOnNode<T> || place_of(entry).second == axis) nodes.push_back(entry.node);
   });
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_unique(nodes);
   const std::vector<Box> boxes = boxes_of_generators();
   const Vec<Dim> cell = outer_cell();
   const double down = model_.gravity[axis] > 0 ? 1 : -1;

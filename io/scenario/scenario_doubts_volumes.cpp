@@ -37,17 +37,6 @@ struct ColumnVolume {
   double volume;  ///< [m^3]
 };
 
-void merge_columns(std::vector<ColumnVolume>& list) {
-  std::sort(list.begin(), list.end(),
-            [](const auto& a, const auto& b) { return a.column < b.column; });
-  std::vector<ColumnVolume> merged;
-  for (const ColumnVolume& one : list) {
-    if (merged.empty() || merged.back().column != one.column) merged.push_back({one.column, 0});
-    merged.back().volume += one.volume;
-  }
-  list = std::move(merged);
-}
-
 }  // namespace
 
 // What has no volume after the file of volumes gets its share of a cell. For particles that other
@@ -170,35 +159,32 @@ void ScenarioBuilder<Dim>::warn_of_shallow_liquids() {
   for (Eigen::Index d = 0; d < up; ++d) below *= counts[static_cast<std::size_t>(d)];
   const Index layer = below * counts[static_cast<std::size_t>(up)];
   const ParticleTable<Dim>& p = model_.particles;
-  std::vector<ColumnVolume> own;
+  std::map<Index, double> own, whole;  // volumes by column; of those that this member sums up
+  std::pair<Index, double*> last(-1, nullptr);  // particles of a cell come one after the other
   for (std::size_t i = 0; i < p.x.size(); ++i) {
     if (p.cell[i] < 0 || !has_pressure(model_.materials[p.material[i]].law)) continue;
     const Index column = p.cell[i] / layer * below + p.cell[i] % below;
-    if (own.empty() || own.back().column != column) own.push_back({column, 0});
-    own.back().volume += p.volume[i];
+    if (column != last.first) last = {column, &own[column]};
+    *last.second += p.volume[i];
   }
-  merge_columns(own);
   std::vector<std::vector<ColumnVolume>> to(static_cast<std::size_t>(team_.size()));
-  for (const ColumnVolume& one : own)
-    to[static_cast<std::size_t>(team_.member(one.column, mesh_->n_cells()))].push_back(one);
-  own = joined(team_.exchange(std::move(to)));
-  merge_columns(own);
+  for (const auto& [column, volume] : own)
+    to[static_cast<std::size_t>(team_.member(column, mesh_->n_cells()))].push_back(
+        {column, volume});
+  for (const ColumnVolume& one : joined(team_.exchange(std::move(to))))
+    whole[one.column] += one.volume;
   const double height = outer_cell()[up], area = outer_cell().prod() / height;
   Index shallow = 0;
   double depth = 0;  // of them together
-  for (const ColumnVolume& one : own) {
-    if (!(one.volume < least_depth * height * area)) continue;
+  for (const auto& [column, volume] : whole) {
+    if (!(volume < least_depth * height * area)) continue;
     ++shallow;
-    depth += one.volume / area;
+    depth += volume / area;
   }
-  const auto sum = [&](double value) {
-    double all = 0;
-    for (const auto& part : team_.gather(std::vector<double>{value})) all += part.front();
-    return all;
-  };
-  const double columns = sum(static_cast<double>(own.size())),
-               share = sum(static_cast<double>(shallow)) / std::max(columns, 1.0);
-  depth = sum(depth) / std::max(share * columns, 1.0);
+  const auto columns = static_cast<double>(team_.sum(static_cast<Index>(whole.size()))),
+             all_shallow = static_cast<double>(team_.sum(shallow)),
+             share = all_shallow / std::max(columns, 1.0);
+  depth = team_.sum(depth) / std::max(all_shallow, 1.0);
   if (!(share >= least_share)) return;
   in_.warning(
       section("mesh"),
@@ -217,11 +203,11 @@ void ScenarioBuilder<Dim>::warn_of_small_gauges() {
   const auto& gauges = model_.output.measured.gauges;
   if (rows_.total() == 0 || gauges.empty()) return;
   const ParticleTable<Dim>& p = model_.particles;
-  double own = 0, all = 0;  // volume
+  double volume = 0;
   for (std::size_t i = 0; i < p.x.size(); ++i)
-    own += p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
-  for (const auto& part : team_.gather(std::vector<double>{own})) all += part.front();
-  const double distance = std::pow(all / static_cast<double>(rows_.total()), 1.0 / Dim);
+    volume += p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
+  volume = team_.sum(volume);
+  const double distance = std::pow(volume / static_cast<double>(rows_.total()), 1.0 / Dim);
   for (std::size_t k = 0; k < std::min(entries.size(), gauges.size()); ++k) {
     const JsonValue* radius = entries[k]->find("radius");
     if (gauges[k].kind != Gauge::Kind::points || !radius || radius->defaulted) continue;

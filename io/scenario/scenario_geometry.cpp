@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/sort_unique.h"
 
 namespace lahar {
 
@@ -70,8 +71,7 @@ using Points = JsonValue::Array;
 std::vector<double> coordinates(const Points& points, std::size_t axis) {
   std::vector<double> x;
   for (const JsonValue& p : points) x.push_back(p.as<JsonValue::Array>()[axis].number());
-  std::sort(x.begin(), x.end());
-  x.erase(std::unique(x.begin(), x.end()), x.end());
+  sort_unique(x);
   return x;
 }
 

@@ -6,14 +6,55 @@
 
 #include "io/scenario/scenario_builder.h"
 #include "io/scenario/surface_faces.h"
+#include "physics/base/sort_unique.h"
 
 namespace lahar {
 
 namespace {
 
-void drop_copies(std::vector<Index>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+/// In SeenAreas: faces that look up or down an axis.
+std::size_t seen_index(int axis, bool up) {
+  return static_cast<std::size_t>(2 * axis + up);
+}
+
+/// The faces on which a traction acts, and others on which it might.
+struct LoadedSide {
+  int axis;
+  bool up;
+  int other_axis = -1;
+  double other_area = 0;  ///< [m^2]
+};
+
+/// Of the areas of a traction's particles. `is_own`: most of them are at a surface across it.
+/// Faces at the sides of the mesh are faces, too: then it is meant, however large the others are.
+template <int Dim>
+LoadedSide side_of(const ParticleTraction& traction, const SeenAreas<Dim>& total, double layers,
+                   bool is_own) {
+  constexpr double one_sided = 0.5;  // of the area that is seen: the body lies behind it
+  constexpr double clearly = 1.01, rounding = 1e-6;
+  std::array<double, static_cast<std::size_t>(Dim)> seen, net;
+  for (int d = 0; d < Dim; ++d) {
+    const double down = total[seen_index(d, false)], up = total[seen_index(d, true)];
+    seen[static_cast<std::size_t>(d)] = std::max(up, down);
+    net[static_cast<std::size_t>(d)] = std::abs(up - down);
+  }
+  const double most = *std::max_element(seen.begin(), seen.end());
+  const bool is_side = *std::max_element(net.begin(), net.end()) >= one_sided * most;
+  const auto& by = is_side ? net : seen;
+  const auto largest = std::max_element(by.begin(), by.end());
+  const auto largest_axis = static_cast<int>(largest - by.begin());
+  const double along = by[static_cast<std::size_t>(traction.dir)];
+  const bool is_larger = *largest > clearly * along, has_area = along > rounding * most;
+  const bool is_body = !is_side && layers >= two_layers;
+  LoadedSide side{.axis = traction.dir, .up = false};
+  if (is_larger && !(has_area && (is_body || is_own))) side.axis = largest_axis;
+  if (is_larger && has_area && is_own) side.other_axis = largest_axis, side.other_area = *largest;
+  const double below = total[seen_index(side.axis, false)],
+               above = total[seen_index(side.axis, true)];
+  const bool pressed = traction.dir != side.axis || traction.traction <= 0;
+  const bool clear = std::abs(above - below) > (clearly - 1) * most || above == 0 || below == 0;
+  side.up = clear ? above > below : pressed;
+  return side;
 }
 
 }  // namespace
@@ -22,7 +63,7 @@ template <int Dim>
 typename ScenarioBuilder<Dim>::LoadedFaces ScenarioBuilder<Dim>::cells_with_material() const {
   LoadedFaces found;
   found.filled = model_.particles.cell;
-  drop_copies(found.filled);
+  sort_unique(found.filled);
   found.mesh = mesh_with(found.filled);
   return found;
 }
@@ -42,23 +83,20 @@ bool ScenarioBuilder<Dim>::has_equal_cells(const LoadedFaces& at) const {
   return !team_.any(other);
 }
 
-// What faces of cells show to whoever looks along the axis is the area in plan, as in grids. Where
-// faces look up and down, as at both sides of a plate, those count that look one way.
+// A face counts with its area as seen along the axis, which is the area in plan, as in grids. A
+// plate has faces on both sides: those of one side count.
 template <int Dim>
 HiddenLoads ScenarioBuilder<Dim>::load_faces(ParticleTraction& traction, double layers,
                                              LoadedFaces& at) const {
-  constexpr double one_sided = 0.5;  // of the area that is seen: the body lies behind it
-  constexpr double clearly = 1.01, rounding = 1e-6;
   const auto& p = model_.particles;
-  const auto place = [](int axis, bool up) { return static_cast<std::size_t>(2 * axis + up); };
   std::vector<Index> cells;
   for (const Index id : traction.particles)
     cells.push_back(p.cell[static_cast<std::size_t>(rows_.local(id))]);
-  drop_copies(cells);
+  sort_unique(cells);
   const std::vector<CellFace<Dim>> faces = faces_of_surface<Dim>(*at.mesh, cells, at.filled, team_);
   std::vector<Index> outer;
   for (const CellFace<Dim>& face : faces) outer.push_back(face.cell);
-  drop_copies(outer);
+  sort_unique(outer);
   std::vector<FaceParticle<Dim>> own;
   for (const RowShares::Range& range : rows_.own_ranges())
     for (Index row = range.first; row < range.end; ++row) {
@@ -84,46 +122,23 @@ HiddenLoads ScenarioBuilder<Dim>::load_faces(ParticleTraction& traction, double 
     across += std::find(looks.begin(), looks.end(), true) != looks.end() ? 1 : 0;
     across_dir += looks[static_cast<std::size_t>(traction.dir)] ? 1 : 0;
   }
-  std::array<double, static_cast<std::size_t>(Dim)> seen, net;
-  for (int d = 0; d < Dim; ++d) {
-    const double down = total[place(d, false)], up = total[place(d, true)];
-    seen[static_cast<std::size_t>(d)] = std::max(up, down);
-    net[static_cast<std::size_t>(d)] = std::abs(up - down);
-  }
   HiddenLoads found;
   found.loaded = team_.sum(static_cast<Index>(traction.particles.size()));
-  const double most = *std::max_element(seen.begin(), seen.end());
-  if (most == 0) {
+  if (*std::max_element(total.begin(), total.end()) == 0) {
     found.inside = true;
-    for (const auto& part : team_.gather(std::vector{area_of(traction)})) found.area += part[0];
+    found.area = team_.sum(area_of(traction));
     return found;
   }
-  const bool is_side = *std::max_element(net.begin(), net.end()) >= one_sided * most;
-  const auto& by = is_side ? net : seen;
-  const auto largest = std::max_element(by.begin(), by.end());
-  const double along = by[static_cast<std::size_t>(traction.dir)];
-  const bool has_area = along > rounding * most;
-  const bool is_body = !is_side && layers >= two_layers && has_area;
-  // Faces at the sides of the mesh are faces, too: where most particles are at a surface across
-  // the traction, it is meant, however large the others are.
-  const bool is_own = has_area && across > 0 && 2 * across_dir >= across;
-  const bool is_larger = *largest > clearly * along;
-  traction.axis =
-      !is_body && !is_own && is_larger ? static_cast<int>(largest - by.begin()) : traction.dir;
-  const double below = total[place(traction.axis, false)],
-               above = total[place(traction.axis, true)];
-  const bool pressed = traction.dir != traction.axis || traction.traction <= 0;
-  const bool clear = std::abs(above - below) > (clearly - 1) * most;
-  const bool up = clear || above == 0 || below == 0 ? above > below : pressed;
-  const std::size_t side = place(traction.axis, up);
-  if (traction.dir == traction.axis) traction.side = up ? 1 : -1;
+  const LoadedSide chosen =
+      side_of<Dim>(traction, total, layers, across > 0 && 2 * across_dir >= across);
+  const std::size_t side = seen_index(chosen.axis, chosen.up);
+  traction.axis = chosen.axis;
+  if (traction.dir == traction.axis) traction.side = chosen.up ? 1 : -1;
   found.at_faces = true;
-  found.axis = traction.axis;
+  found.axis = chosen.axis;
   found.area = total[side];
-  if (is_own && is_larger) {
-    found.other_axis = static_cast<int>(largest - by.begin());
-    found.other_area = *largest;
-  }
+  found.other_axis = chosen.other_axis;
+  found.other_area = chosen.other_area;
 
   // The force is the sum over particles, of rings at their outer sides, in the order of their rows.
   struct Share {

@@ -6,6 +6,7 @@
 #include "io/base/text.h"
 #include "io/scenario/scenario_builder.h"
 #include "physics/base/directory_rank.h"
+#include "physics/base/sort_unique.h"
 
 namespace lahar {
 
@@ -58,8 +59,7 @@ std::optional<std::vector<Index>> ScenarioBuilder<Dim>::members_of(const JsonVal
     need_memory(value, condition_bytes * static_cast<double>(found->size()),
                 "what is said of sets of nodes");
   ids = *found;
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  sort_unique(ids);
   return ids;
 }
 

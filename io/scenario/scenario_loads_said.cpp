@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "io/base/text.h"
+#include "io/scenario/model_marks.h"
 #include "io/scenario/scenario_builder.h"
 
 namespace lahar {
@@ -35,12 +36,7 @@ double ScenarioBuilder<Dim>::area_of(const ParticleTraction& traction) const {
 
 namespace {
 
-/// What an entry of loads acts on, and whether it changes with time.
-std::string name_of_loaded(const JsonValue* set) {
-  if (!set) return "of a file";
-  if (set->is<std::string>()) return printable(set->as<std::string>());
-  return set->number() == -1 ? "all" : "set " + to_json(*set);
-}
+/// Whether an entry of loads changes with time.
 std::string of_time(const JsonValue& entry) {
   return written(entry, "math_function_id") ? ", times a function of time" : "";
 }
@@ -67,7 +63,7 @@ void ScenarioBuilder<Dim>::describe_tractions(const std::vector<double>& own) {
     const double area = factor * areas[t];
     const int dir = phase_direction_of(entry).value_or(0);
     in_.loads.push_back(fmt::format("{}: {:.4g} {} along {}{} ({:.4g} Pa on {:.4g} {}){}",
-                                    name_of_loaded(in_.either(entry, "pset_id", "pset")),
+                                    printable(name_of_set(in_.either(entry, "pset_id", "pset"))),
                                     traction * area + 0.0, flat ? "N/m" : "N", "xyz"[dir % Dim],
                                     dir >= Dim ? ", on the liquid" : "", traction, area,
                                     flat ? "m" : "m^2", of_time(entry)));
@@ -85,10 +81,10 @@ void ScenarioBuilder<Dim>::describe_nodal_forces() {
     const bool all = set->is_number() && set->number() == -1;
     const auto nodes = all ? std::nullopt : members_of(*set, sets_.nodes);
     const Index count = all ? n_nodes() : team_.sum(nodes ? static_cast<Index>(nodes->size()) : 0);
-    in_.loads.push_back(fmt::format("{}: {:.4g} {} along {} ({:.4g} {} at each of {} node{}){}",
-                                    name_of_loaded(set), *force * static_cast<double>(count) + 0.0,
-                                    unit, "xyz"[*dir], *force, unit, format_count(count),
-                                    count == 1 ? "" : "s", of_time(*entry)));
+    in_.loads.push_back(fmt::format(
+        "{}: {:.4g} {} along {} ({:.4g} {} at each of {} node{}){}", printable(name_of_set(set)),
+        *force * static_cast<double>(count) + 0.0, unit, "xyz"[*dir], *force, unit,
+        format_count(count), count == 1 ? "" : "s", of_time(*entry)));
   }
 }
 

@@ -65,12 +65,6 @@ std::string deed_of(const JsonValue& entry, const MarkedList& list, int dim, Mod
                      value ? fmt::format(" {:g} {}", *value, list.unit) : "", in_time);
 }
 
-std::string name_of(const JsonValue* set) {
-  if (!set) return "of a file";
-  if (set->is<std::string>()) return set->as<std::string>();
-  return set->number() == -1 ? "all" : "set " + to_json(*set);
-}
-
 /// Add what another entry says of the same set.
 void join(ModelMark& mark, const ModelMark& other, const std::string& deed) {
   static const std::string held = "held in ";
@@ -81,6 +75,12 @@ void join(ModelMark& mark, const ModelMark& other, const std::string& deed) {
 }
 
 }  // namespace
+
+std::string name_of_set(const JsonValue* set) {
+  if (!set) return "of a file";
+  if (set->is<std::string>()) return set->as<std::string>();
+  return set->number() == -1 ? "all" : "set " + to_json(*set);
+}
 
 template <int Dim>
 template <class List>
@@ -93,7 +93,7 @@ void ScenarioBuilder<Dim>::mark_entries(const JsonValue& where, const List& list
   for (const JsonValue* entry : entries) {
     const JsonValue* set = list.of_particles ? in_.either(*entry, "pset_id", "pset")
                                              : in_.either(*entry, "nset_id", "nset");
-    const std::string name = name_of(set);
+    const std::string name = name_of_set(set);
     ModelMark mark;
     mark.kind = list.kind;
     const std::string deed = deed_of(*entry, list, Dim, mark);

@@ -9,6 +9,7 @@
 #include "io/mesh/mesh_file.h"
 #include "io/mesh/mesh_ring.h"
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/sort_unique.h"
 #include "physics/mesh/element_grid.h"
 
 namespace lahar {
@@ -176,8 +177,7 @@ std::shared_ptr<const Mesh<Dim>> ScenarioBuilder<Dim>::mesh_with(std::vector<Ind
   const auto missing = [&](Index cell) { return !mesh_->holds(cell); };
   if (!mesh_->is_share() || !team_.any(std::any_of(cells.begin(), cells.end(), missing)))
     return mesh_;
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  sort_unique(cells);
   return std::make_shared<const Mesh<Dim>>(mesh_->share({}, fetch_cells(*mesh_, cells, team_)));
 }
 

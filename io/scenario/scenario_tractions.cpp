@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/sort_unique.h"
 #include "physics/particles/loads.h"
 
 namespace lahar {
@@ -194,12 +195,6 @@ HiddenLoads hidden_in_stacks(const std::vector<Loaded<Dim>>& loaded,
   return found;
 }
 
-template <class T>
-void keep_different(std::vector<T>& values) {
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-}
-
 }  // namespace
 
 // Looking along the axis of the surface, the particles of a traction lie in the fewest layers.
@@ -236,13 +231,13 @@ void ScenarioBuilder<Dim>::find_loaded_surfaces() {
         const auto member = static_cast<std::size_t>(owner % team_.size());
         to[member].push_back(column);
         if (to[member].size() < room[member]) continue;
-        keep_different(to[member]);
+        sort_unique(to[member]);
         room[member] = std::max(room[member], 2 * to[member].size());
       }
     }
-    for (auto& columns : to) keep_different(columns);
+    for (auto& columns : to) sort_unique(columns);
     std::vector<Column> columns = joined(team_.exchange(std::move(to)));
-    keep_different(columns);
+    sort_unique(columns);
     const Index loaded = team_.sum(static_cast<Index>(traction.particles.size()));
     if (loaded == 0) continue;
     std::array<double, static_cast<std::size_t>(Dim)> layers{};

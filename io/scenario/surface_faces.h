@@ -25,9 +25,9 @@ struct CellFace {
   Point centre;                            ///< [m] of the cell
 };
 
-/// The faces of `cells`, which `mesh` holds, beyond which there is no cell of `filled`. `cells` and
-/// `filled` are this member's, ascending; the faces are those of all members, in the order of their
-/// nodes. Collective.
+/// The faces of `cells` that have no cell of `filled` on their other side. `cells` and `filled` are
+/// this member's, ascending, and `mesh` holds them. All members get the faces of all members, in
+/// the order of their nodes. Collective.
 template <int Dim>
 std::vector<CellFace<Dim>> faces_of_surface(const Mesh<Dim>& mesh, std::span<const Index> cells,
                                             std::span<const Index> filled, const Team& team);

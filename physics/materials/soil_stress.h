@@ -10,7 +10,7 @@
 
 namespace lahar {
 
-/// Of a law whose stiffness follows the stress.
+/// Moduli of elastic waves.
 struct WaveModuli {
   double compression, shear;  ///< [Pa]
 };

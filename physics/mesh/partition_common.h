@@ -1,20 +1,13 @@
 /// \file Pieces of the partition that several sources share.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
+#include "physics/base/sort_unique.h"
 #include "physics/mesh/mesh.h"
 
 namespace lahar {
-
-/// Sort and keep one of each.
-template <class T>
-void sort_unique(std::vector<T>& values) {
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-}
 
 /// Nodes of the given cells plus `rings` layers of cells around them, ascending.
 template <int Dim>

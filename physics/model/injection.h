@@ -24,9 +24,8 @@ struct Injection {
   std::vector<double> volume;            ///< [m^3] of each particle, by cell; over depth_at()
   Vec<Dim> velocity = Vec<Dim>::Zero();  ///< [m/s]
   double start = 0, end = std::numeric_limits<double>::infinity();  ///< [s]
-  /// [m^3] of all particles that come at once into all cells, of all processes; and [m^3/s] that
-  /// leave the cells with the velocity. 0 = nobody asks whether as much has come.
-  double filling = 0, flow = 0;
+  double filling = 0;          ///< [m^3] that fills all cells once, of all processes
+  double flow = 0;             ///< [m^3/s] that the velocity takes out of the cells; 0 = unknown
   std::uint16_t material = 0;  ///< index into Model::materials
 
   Index n_cells() const { return all_cells < 0 ? static_cast<Index>(cells.size()) : all_cells; }

@@ -14,25 +14,40 @@ using namespace lahar::test;
 
 namespace {
 
-/// A column of cells that are half as wide as high and cut at the top. Its load comes in a stage.
-Model<2> loaded_late(std::size_t stage) {
-  const std::string text = R"({
-    "mesh": {"structured": {"cell_size": [0.05, 0.1], "counts": [2, 12]},
-      "boundary_conditions": {"velocity_constraints": [
+Model<2> stage_of(const std::string& text, std::size_t stage) {
+  ScenarioOptions options = plain_defaults(text);
+  options.stage = stage;
+  return std::get<Model<2>>(read_scenario_text(text, "", options).model);
+}
+
+const std::string load = R"({"particle_surface_traction": [
+  {"pset": "top", "dir": "y", "traction": -1e5}]})";
+
+/// A column that gets no wider, of a `height` and with `more` sections.
+std::string column(const std::string& grid, const std::string& height, const std::string& more) {
+  return R"({
+    "mesh": {"structured": )" +
+         grid + R"(, "boundary_conditions": {"velocity_constraints": [
         {"nset": -1, "dir": "x", "velocity": 0}, {"nset": "base", "dir": "y", "velocity": 0}]}},
     "sets": {"nodes": {"base": {"half_space": {"point": [0, 0], "normal": [0, 1]}}},
              "particles": {"top": {"half_space": {"point": [0, 0.95], "normal": [0, -1]}}}},
     "materials": [{"name": "m", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e9,
                    "poisson_ratio": 0}],
     "particles": [{"generator": {"type": "region", "material": "m", "per_cell": 2,
-      "cut_cells": "exact", "region": {"box": {"min": [0, 0], "max": [0.1, 0.968]}}}}],
+      "cut_cells": "exact", "region": {"box": {"min": [0, 0], "max": [0.1, )" +
+         height + R"(]}}}}],
     "analysis": {"preset": "lahar", "mpm_scheme": "newmark", "shape_functions": "element",
-      "scheme_settings": {"quasi_static": true}, "dt": 0.1, "nsteps": 1},
-    "stages": [{"name": "empty"}, {"name": "loaded", "external_loading_conditions":
-      {"particle_surface_traction": [{"pset": "top", "dir": "y", "traction": -1e5}]}}]})";
-  ScenarioOptions options = plain_defaults(text);
-  options.stage = stage;
-  return std::get<Model<2>>(read_scenario_text(text, "", options).model);
+      "scheme_settings": {"quasi_static": true}, "dt": 0.1, "nsteps": 1}, )" +
+         more + "}";
+}
+
+/// A column of cells that are half as wide as high and cut at the top. Its load comes in a stage.
+Model<2> loaded_late(std::size_t stage) {
+  return stage_of(column(R"({"cell_size": [0.05, 0.1], "counts": [2, 12]})", "0.968",
+                         R"("stages": [{"name": "empty"},
+      {"name": "loaded", "external_loading_conditions": )" +
+                             load + "}]"),
+                  stage);
 }
 
 /// A block that flies to the left through small patches. Then all that is left of it vanishes.
@@ -47,9 +62,7 @@ Model<2> flying_block(std::size_t stage) {
                  "split_steps": 0},
     "stages": [{"name": "first"}, {"name": "second",
       "remove": [{"region": {"box": {"max": [0.6, 2]}}}]}]})";
-  ScenarioOptions options = plain_defaults(text);
-  options.stage = stage;
-  return std::get<Model<2>>(read_scenario_text(text, "", options).model);
+  return stage_of(text, stage);
 }
 
 /// Sand at rest, which the second stage gives another strength.
@@ -66,33 +79,18 @@ Model<2> weakened(std::size_t stage) {
       "type": "MohrCoulomb", "density": 1000, "youngs_modulus": 1e6, "poisson_ratio": 0.2,
       "friction": 10, "dilation": 0, "cohesion": 100, "tension_cutoff": 50, "softening": false}]}]
   })";
-  ScenarioOptions options = plain_defaults(text);
-  options.stage = stage;
-  return std::get<Model<2>>(read_scenario_text(text, "", options).model);
+  return stage_of(text, stage);
 }
 
-/// A column under a load, of which strains begin anew, and which gets softer then.
+/// A loaded column. Its strains begin anew in the second stage, and it gets softer in the third.
 Model<2> measured_anew(std::size_t stage) {
-  const std::string text = R"({
-    "mesh": {"structured": {"cell_size": 0.1, "counts": [1, 12]},
-      "boundary_conditions": {"velocity_constraints": [
-        {"nset": -1, "dir": "x", "velocity": 0}, {"nset": "base", "dir": "y", "velocity": 0}]}},
-    "sets": {"nodes": {"base": {"half_space": {"point": [0, 0], "normal": [0, 1]}}},
-             "particles": {"top": {"half_space": {"point": [0, 0.95], "normal": [0, -1]}}}},
-    "materials": [{"name": "m", "type": "LinearElastic", "density": 1000, "youngs_modulus": 1e9,
-                   "poisson_ratio": 0}],
-    "particles": [{"generator": {"type": "region", "material": "m", "per_cell": 2,
-      "region": {"box": {"min": [0, 0], "max": [0.1, 1]}}}}],
-    "external_loading_conditions": {"particle_surface_traction": [
-      {"pset": "top", "dir": "y", "traction": -1e5}]},
-    "analysis": {"preset": "lahar", "mpm_scheme": "newmark", "shape_functions": "element",
-      "scheme_settings": {"quasi_static": true}, "dt": 0.1, "nsteps": 1},
-    "stages": [{"name": "loaded"}, {"name": "reset", "reset": ["strain"]},
+  return stage_of(
+      column(R"({"cell_size": 0.1, "counts": [1, 12]})", "1",
+             R"("external_loading_conditions": )" + load +
+                 R"(, "stages": [{"name": "loaded"}, {"name": "reset", "reset": ["strain"]},
       {"name": "softer", "materials": [{"name": "m", "type": "LinearElastic", "density": 1000,
-                                        "youngs_modulus": 5e8, "poisson_ratio": 0}]}]})";
-  ScenarioOptions options = plain_defaults(text);
-  options.stage = stage;
-  return std::get<Model<2>>(read_scenario_text(text, "", options).model);
+                                        "youngs_modulus": 5e8, "poisson_ratio": 0}]}])"),
+      stage);
 }
 
 }  // namespace
