@@ -409,8 +409,7 @@ const Section& analysis_section() {
                    "balance (see scheme_settings). projection: liquids do not change their volume, "
                    "and their pressure is solved for. Default musl; of elastic bodies without "
                    "contact and nodal forces, with smooth functions, usl; with the preset cbgeo "
-                   "usf; if `type` is "
-                   "MPMImplicit, newmark; if it is MPMSemiImplicit, projection",
+                   "usf; if `type` is MPMImplicit, newmark; if it is MPMSemiImplicit, projection",
            .allowed = {"usf", "usl", "musl", "newmark", "projection"}},
           {.key = "scheme_settings",
            .kinds = object,

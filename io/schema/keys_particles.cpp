@@ -77,8 +77,7 @@ const Section& generator_section() {
           "this velocity there. Weight makes it more, and what lies before it less: prescribe the "
           "velocity at the nodes of these cells, too. Cells into which other particles come give "
           "less. (CB-Geo MPM: they share the cell's volume.) Particle ids continue from one "
-          "generator to the next. Ids of "
-          "injected particles continue from these, step by step.",
+          "generator to the next. Ids of injected particles continue from these, step by step.",
       .discriminator = "type",
       .keys = {
           {.key = "type",
@@ -265,12 +264,10 @@ const Section& traction_section() {
       .help =
           "Force on each particle of a set: traction * function(t) * area. The area is that of the "
           "particle's face at the beginning, and stays; rings grow with their radius. The face is "
-          "across the axis along which the particles of the set are one layer, or nearly, of "
-          "several "
-          "such axes that along which the body ends at them: of those "
+          "across the axis along which the particles of the set are one layer, or nearly; where "
+          "they are that along several, across the one along which the body ends at them. Of those "
           "behind each other there, as in slopes, the one at the surface has the load, on its area "
-          "in "
-          "plan: divide a stress per area of the slope by the cosine of the slope. It acts on "
+          "in plan: divide a stress per area of the slope by the cosine of the slope. It acts on "
           "the side where a particle has no neighbour, if it has one on the other side. In meshes "
           "whose cells are no boxes it is the area of the faces at which material ends, as seen "
           "along that axis, and the particles nearest to them have it. With "

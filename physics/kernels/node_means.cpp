@@ -18,9 +18,7 @@ namespace {
 struct WaveSpeeds {
   double rho, compression, shear;
   explicit WaveSpeeds(const Material& material)
-      : rho(material.density),
-        compression(std::sqrt(wave_modulus(material.law) / material.density)),
-        shear(std::sqrt(shear_wave_modulus(material.law) / material.density)) {}
+      : WaveSpeeds(material, {wave_modulus(material.law), shear_wave_modulus(material.law)}) {}
   WaveSpeeds(const Material& material, const WaveModuli& at)
       : rho(material.density),
         compression(std::sqrt(at.compression / material.density)),
