@@ -7,6 +7,7 @@
 #include "io/scenario/scenario_builder.h"
 #include "io/scenario/surface_faces.h"
 #include "physics/base/sort_unique.h"
+#include "physics/particles/loads.h"
 
 namespace lahar {
 
@@ -157,8 +158,9 @@ HiddenLoads ScenarioBuilder<Dim>::load_faces(ParticleTraction& traction, double 
     if (area == 0) area = areas[i].seen[side] / depth;
     kept.push_back(all[i].id);
     const double offset = 0.5 * traction.side * all[i].volume / (area * depth);
-    const bool along_r = model_.analysis.plane == Plane::axisymmetric && traction.axis == 0;
-    shares.push_back({all[i].id, area * depth * (along_r ? 1 + offset / all[i].x[0] : 1.0)});
+    shares.push_back(
+        {all[i].id,
+         area * depth * share_at_side(model_.analysis, traction.axis, all[i].x[0], offset)});
   }
   shares = joined(team_.gather(shares));
   std::sort(shares.begin(), shares.end(),

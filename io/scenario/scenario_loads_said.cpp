@@ -8,6 +8,7 @@
 #include "io/base/text.h"
 #include "io/scenario/model_marks.h"
 #include "io/scenario/scenario_builder.h"
+#include "physics/particles/loads.h"
 
 namespace lahar {
 
@@ -25,11 +26,9 @@ double ScenarioBuilder<Dim>::area_of(const ParticleTraction& traction) const {
       sum += p.volume[i] / edges[0];
       continue;
     }
-    double area = depth;
-    for (int d = 0; d < Dim; ++d)
-      area *= d == traction.axis ? 1.0 : edges[static_cast<std::size_t>(d)];
-    const bool along_r = model_.analysis.plane == Plane::axisymmetric && traction.axis == 0;
-    sum += area * (along_r ? 1 + 0.5 * traction.side * p.volume[i] / (area * r) : 1.0);
+    const double area = area_across<Dim>(traction.axis, depth, edges),
+                 offset = 0.5 * traction.side * p.volume[i] / area;
+    sum += area * share_at_side(model_.analysis, traction.axis, r, offset);
   }
   return sum;
 }

@@ -302,20 +302,17 @@ HiddenLoads ScenarioBuilder<Dim>::find_strip(ParticleTraction& traction,
   };
   if (!ending.empty() && !has(ending, traction.axis))
     traction.axis = has(ending, traction.dir) ? traction.dir : ending.front();
-  const auto area_across = [&](int axis) {
+  const auto all_across = [&](int axis) {
     double sum = 0;
-    for (const Loaded<Dim>& one : loaded) {
-      double area = depth_at(model_.analysis, one.x[0]);
-      for (std::size_t d = 0; d < Dim; ++d) area *= static_cast<int>(d) == axis ? 1 : one.edges[d];
-      sum += area;
-    }
+    for (const Loaded<Dim>& one : loaded)
+      sum += area_across<Dim>(axis, depth_at(model_.analysis, one.x[0]), one.edges);
     return sum;
   };
   HiddenLoads found;
   found.axis = traction.axis;
-  found.area = area_across(traction.axis);
+  found.area = all_across(traction.axis);
   for (const int axis : ending.empty() ? axes : ending) {
-    const double other = area_across(axis);
+    const double other = all_across(axis);
     if (axis == traction.axis || std::abs(other / found.area - 1) <= equal) continue;
     found.other_axis = axis;
     found.other_area = other;

@@ -90,6 +90,22 @@ struct SurfaceForce {
   }
 };
 
+/// The area across an axis of a particle with these edges [m].
+template <int Dim>
+double area_across(int axis, double depth,
+                   const std::array<double, static_cast<std::size_t>(Dim)>& edges) {
+  double area = depth;
+  for (int d = 0; d < Dim; ++d)
+    if (d != axis) area *= edges[static_cast<std::size_t>(d)];
+  return area;
+}
+
+/// The area at a distance `offset` [m] along an axis from the centre of a particle at r, over that
+/// at the centre: rings are larger outside.
+inline double share_at_side(const Analysis& analysis, int axis, double r, double offset) {
+  return analysis.plane == Plane::axisymmetric && axis == 0 ? 1 + offset / r : 1.0;
+}
+
 /// The area on which a traction acts on particle p [m^2; m per m of depth, of rings the whole one],
 /// where its centre is.
 /// It does not follow how the particle deforms, but for the radius of rings: a load stays the load
@@ -98,10 +114,10 @@ template <int Dim>
 double loaded_area(const Particles<Dim>& particles, Local p, const ParticleTraction& one,
                    const Analysis& analysis) {
   if (one.axis < 0) return particles.row(Column::volume)[p] / particles.row(Column::size)[p];
-  double area = depth_at(analysis, particles.row(Column::x)[p]);
+  std::array<double, static_cast<std::size_t>(Dim)> edges;
   for (int d = 0; d < Dim; ++d)
-    if (d != one.axis) area *= particles.row(Column::size, d)[p];
-  return area;
+    edges[static_cast<std::size_t>(d)] = particles.row(Column::size, d)[p];
+  return area_across<Dim>(one.axis, depth_at(analysis, particles.row(Column::x)[p]), edges);
 }
 
 /// All tractions on particle p. Of several for a direction the last wins. They act at the side of
@@ -120,10 +136,8 @@ SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
     const Analysis& analysis = step.model->analysis;
     const double area = loaded_area(particles, p, one, analysis);
     const double offset = 0.5 * one.side * particles.row(Column::volume)[p] / area;
-    const double r = particles.row(Column::x)[p];
-    const bool along_r = analysis.plane == Plane::axisymmetric && one.axis == 0;
     all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) * area *
-                         (along_r ? 1 + offset / r : 1.0);
+                         share_at_side(analysis, one.axis, particles.row(Column::x)[p], offset);
     all.offset[one.dir] = offset;
   }
   return all;
