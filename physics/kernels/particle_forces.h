@@ -203,18 +203,19 @@ struct SidePush {
   Vec<Dim> offset = Vec<Dim>::Zero();  ///< [m] of the surface, along the axis alone
   int axis = 0;
 
-  /// From the force of contact and its couple N distance n n^T.
-  SidePush(const Vec<Dim>& force, const ContactCouple<Dim>& couple) {
+  /// From the force of contact, the couple N distance n n^T of a mean push N, and the reach, which
+  /// is the distance.
+  SidePush(const Vec<Dim>& force, const ContactCouple<Dim>& couple, double reach) {
     constexpr double least = 0.9;  // n_axis^2
     const double all = couple.diagonal().maxCoeff(&axis), of_all = couple.trace();
     if (!(all > least * of_all && all <= (1.0 + 1e-9) * of_all)) return;
     const Vec<Dim> n = couple.col(axis) / std::sqrt(all * of_all);  // or against it
     const double along = force.dot(n);
     if (along == 0.0) return;
-    const double t = (all / of_all - least) / (1.0 - least);
+    const double t = (all / of_all - least) / (1.0 - least), out = along > 0.0 ? reach : -reach;
     share = t * t * (3.0 - 2.0 * t);
-    push = share * along * n;
-    offset[axis] = -of_all / along;
+    push = share * of_all / out * n;
+    offset[axis] = -out;
   }
 };
 
@@ -241,7 +242,9 @@ void add_contact_couples(const Basis& basis, const ParticleBin& bin, const Local
       const Local p = first + lane;
       ContactCouple<Dim> C = contact_couple<Dim>(rows, p);
       if constexpr (TensorBasis<Basis>)
-        if (const SidePush<Dim> side(contact_force<Dim>(particles, p), C); side.share > 0.0) {
+        if (const SidePush<Dim> side(contact_force<Dim>(particles, p), C,
+                                     particles.row(Column::contact_reach)[p]);
+            side.share > 0.0) {
           C *= 1.0 - side.share;
           give_shift_to_side<Dim>(basis, p, side, [&](int i, double shift) {
             general::add_to_node(sums, nodes[i], node_vector<Dim>(shift * side.push));

@@ -21,6 +21,7 @@ namespace {
 constexpr double damping_ratio = 0.3;  ///< zeta
 constexpr double most_share = 1.5;     ///< of m / dt^2 that k may be
 constexpr double most_of_body = 0.5;   ///< the same of a free body, all its springs together
+constexpr double memory = 1.5;         ///< of couples, in cells that waves pass
 
 /// A particle where it will be at the end of the step.
 template <int Dim>
@@ -99,15 +100,15 @@ unsigned which_are_away(const TouchingPack<Dim>& at, unsigned bits, const Bodies
 
 /// The area on which cohesion with a surface of this normal acts [m^2]. It counts once, but
 /// particles may touch that lie behind others. Where rows of particles lie along the surface the
-/// first row has all of it: particles that reach no further than half of their size, or half of
-/// that with a merged sliver. Where the surface cuts rows, those touch that lie in a layer as thick
-/// as a particle: the area is their volume over this thickness.
+/// first row has all of it: particles that reach no further than half of their size, or behind a
+/// thin sliver, which then hardly touches. Where the surface cuts rows, those touch that lie in a
+/// layer as thick as a particle: the area is their volume over this thickness.
 template <int Dim>
 double sticky_area(const Touching<Dim>& p, const Vec<Dim>& normal) {
-  constexpr double along_axis = 0.99, with_sliver = 1.1, whole = 0.95;
+  constexpr double along_axis = 0.99, behind_sliver = 1.7, whole = 0.95;
   const double edge = std::pow(p.section, 1.0 / Dim);
   const double reach = p.reach / (0.5 * edge);
-  if (normal.cwiseAbs().maxCoeff() > along_axis) return reach <= with_sliver ? p.area : 0.0;
+  if (normal.cwiseAbs().maxCoeff() > along_axis) return reach <= behind_sliver ? p.area : 0.0;
   const double thickness = reach < whole ? std::max(edge, 0.5 * p.h) : edge;
   return p.depth * p.section / thickness;
 }
@@ -241,6 +242,14 @@ void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bi
   at.damping = at.swings = at.longest = 0;
 }
 
+/// The couple after a step, from that before it and that of the present push.
+template <int Dim>
+ContactCouple<Dim> mean_couple(const ContactCouple<Dim>& before, const ContactCouple<Dim>& now,
+                               const ContactBin& bin, double dt) {
+  const double T = memory * bin.h / std::sqrt(bin.modulus / bin.density);
+  return (T * before + dt * now) / (T + dt);
+}
+
 /// The step moves it, and its material gives it a spring.
 template <int Dim>
 void move_with_step(Touching<Dim>& p, const ContactBin& bin, const Vec<Dim>& move, double dt) {
@@ -331,7 +340,8 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
           for_each_bit(all, [&](std::size_t lane) {
             begin(at[lane], rows, common, first + static_cast<Local>(lane), bodies);
           });
-          const unsigned touched = not_zero(rows.force, first, bin.end);
+          const unsigned touched =
+              not_zero(rows.force, first, bin.end) | not_zero(rows.couple, first, bin.end);
           const unsigned near = all & ~which_are_away(at, all & ~touched, bodies, 0.5 * common.h);
           if (near == 0) continue;
           Pack sum[2][Dim];
@@ -358,8 +368,11 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
             patch.work.friction += now[lane].lost;
             set<Dim>(rows.force, p, now[lane].force);
             set<Dim>(rows.shear, p, now[lane].shear);
-            set_contact_couple<Dim>(rows.couple, p,
-                                    implicit ? ContactCouple<Dim>::Zero() : now[lane].couple);
+            ContactCouple<Dim> couple = ContactCouple<Dim>::Zero();
+            if (!implicit && now[lane].any)
+              couple = mean_couple<Dim>(contact_couple<Dim>(rows.couple, p), now[lane].couple,
+                                        common, step.dt);
+            set_contact_couple<Dim>(rows.couple, p, couple);
           });
         }
       });
@@ -372,7 +385,7 @@ void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
   const bool by_axes = row_of(step.model->analysis.functions).products;
   const auto side_of = [&](Local p) {
     return SidePush<Dim>(contact_force<Dim>(patch.particles, p),
-                         contact_couple<Dim>(rows.couple, p));
+                         contact_couple<Dim>(rows.couple, p), rows.reach[p]);
   };
   const auto count = [&](Local p, auto gradient) {
     ContactCouple<Dim> couple = contact_couple<Dim>(rows.couple, p);

@@ -7,7 +7,7 @@
 ///
 ///     N = max(0, -k g - c w.n)
 ///     T = (1 - n n^T) (T - k dt w),  S = T - (1 - n n^T) c w,  |T|, |S| <= mu N + cohesion A
-///     f_i += sum_p N_ip (N n + S)_p - C_p grad N_ip,  C = N distance n n^T
+///     f_i += sum_p N_ip (N n + S)_p - C_p grad N_ip,  C = <N> distance n n^T
 ///
 /// The couple C takes N n to the surface: N(x) - distance n . grad N is the function there, to
 /// first order. So a pressure that ends at a surface is in balance at each node, and water rests
@@ -15,6 +15,11 @@
 /// and functions are products, that balance is exact (SidePush in particle_forces.h): else nodes of
 /// little mass beyond a surface let an elastic body yield to a plate, by a fifth of its load.
 /// Implicit steps have no C.
+///
+/// <N> is the mean of N since contact began, weighted with exp(-t / T), T = 3 h / 2 c_w with the
+/// speed of waves c_w. With N itself springs would act at other places than those at which their
+/// length is measured. Such forces have no energy: bodies at rest began to shake. What is faster
+/// than T acts at centres, where lengths are measured, and only there.
 ///
 ///     A = V / 2r, within V^(1 - 1/Dim) and (h/2)^(Dim - 1)
 ///     k = min(2 M A / h, 3 m / 2 dt^2),  c = 2 zeta sqrt(k min(rho A h / 2, m))

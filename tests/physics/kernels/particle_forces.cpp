@@ -22,6 +22,7 @@ struct OwnForces {
       Vec<Dim>& f = force[static_cast<std::size_t>(p)];
       f = random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
       if (random() % 3 == 0) f.setZero();
+      couples.row(Column::contact_reach)[p] = uniform(random, 0.01, 0.3);
       if (random() % 2 == 0)
         for (double* row : rows) row[p] = uniform(random, -1, 1);
       else if (random() % 2 == 0)
@@ -38,6 +39,7 @@ struct OwnForces {
     n.normalize();
     const double push = uniform(random, 0.5, 1), distance = uniform(random, 0, 0.3);
     for (int d = 0; d < Dim; ++d) couples.row(Column::contact_force, d)[p] = push * n[d];
+    couples.row(Column::contact_reach)[p] = distance;
     set_contact_couple<Dim>(couples.template rows<contact_components<Dim>>(Column::contact_couple),
                             p, push * distance * n * n.transpose());
   }
@@ -60,7 +62,8 @@ void add_one_by_one(const Basis& basis, const ParticleBin& bin, const Local* nod
   for (Local p = bin.begin; p < bin.end; ++p) {
     ContactCouple<Dim> C = contact_couple<Dim>(rows, p);
     if constexpr (TensorBasis<Basis>) {
-      const SidePush<Dim> side(contact_force<Dim>(own.couples, p), C);
+      const SidePush<Dim> side(contact_force<Dim>(own.couples, p), C,
+                               own.couples.row(Column::contact_reach)[p]);
       C *= 1.0 - side.share;
       Scalar w[Dim][axis_nodes], s[Dim];
       basis.weights(p, w);
