@@ -90,8 +90,9 @@ Local first_node_of(const Patch<Dim>& patch, int body) {
   return body * patch.body_nodes;
 }
 
-/// The least length of the sum of two normals of which their mean is one.
-constexpr double least_sum_of_normals = 0.1;
+/// The least length of the sum of two normals of which their mean is one, and of what is left of a
+/// normal without the sides that bodies share.
+constexpr double least_sum_of_normals = 0.1, least_of_normal = 1e-3;
 
 /// Particles whose centres are no further from the axis through the node along the normal than this
 /// many cells are near it. At least one of them is, where the body lies before the node and has one
@@ -129,13 +130,27 @@ bool has_nodes_between(const Patch<Dim>& patch, Local cell) {
 
 namespace {
 
+/// Normals of two bodies without what both have along an axis: they end there side by side, as at a
+/// wall of the mesh, and do not meet.
+template <int Dim>
+void leave_sides(Vec<Dim>& a, Vec<Dim>& b) {
+  Vec<Dim> of_a = a, of_b = b;
+  for (int d = 0; d < Dim; ++d)
+    if (a[d] * b[d] > 0.0) of_a[d] = of_b[d] = 0.0;
+  if (!(of_a.norm() > least_of_normal && of_b.norm() > least_of_normal)) return;
+  a = of_a.normalized();
+  b = of_b.normalized();
+}
+
 /// Add what the normals of bodies make two at a time.
 template <int Dim>
 void add_means(SurfaceDirections<Dim>& all) {
   const int own = all.count;
   for (int a = 0; a < own; ++a)
     for (int b = a + 1; b < own; ++b) {
-      const Vec<Dim> sum = all.at(a) - all.at(b);
+      Vec<Dim> n_a = all.at(a), n_b = all.at(b);
+      leave_sides<Dim>(n_a, n_b);
+      const Vec<Dim> sum = n_a - n_b;
       const double length = sum.norm();
       if (!(length > least_sum_of_normals)) continue;
       const int of_a = all.from[static_cast<std::size_t>(a)],

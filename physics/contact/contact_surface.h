@@ -8,9 +8,11 @@
 /// g(n) = -s_b(-n) - s_a(n). Convex bodies that are apart have an n with g(n) > 0; of the normals
 /// of a, of b and their mean, the one with the largest gap between all particles around is that of
 /// the contact: at an edge of one body it is the normal of the other's surface (compare the
-/// separating axis theorem; Nairn, Hammerquist & Smith 2020 find n by logistic regression). With
-/// the near particles alone, a plane would seem to end along every n, and edges that are pressed
-/// into it would meet it askew. A maximum depends neither on the order of particles nor on that of
+/// separating axis theorem; Nairn, Hammerquist & Smith 2020 find n by logistic regression). The
+/// mean is of what is left of the two normals without the axes along which both bodies end on the
+/// same side: there they lie beside each other, as at a wall of the mesh, and do not meet. With the
+/// near particles alone, a plane would seem to end along every n, and edges that are pressed into
+/// it would meet it askew. A maximum depends neither on the order of particles nor on that of
 /// patches.
 #pragma once
 
