@@ -514,16 +514,14 @@ unsigned MohrCoulombUpdate::return_from_far(Real* stress, const Strength<Real>& 
       continue;
     }
     const Return::PointOf<Number> end = to.end(begin);
-    // The plastic strain along the deviator alone, as in steps along tangents.
     using std::hypot;
-    const Number rho = hypot(end.x, end.y);
-    const Number along = value_of(rho) > 0 ? (begin.x * end.x + begin.y * end.y) / rho - rho
-                                           : hypot(begin.x, begin.y);
+    const Number plastic_part = hypot(begin.x - end.x, begin.y - end.y);
     set_lane(plane.x, lane, unit * end.x);
     set_lane(plane.y, lane, unit * end.y);
     set_lane(plane.p, lane, unit * end.p);
-    if (value_of(along) > 0)
-      set_lane(pdstrain, lane, lane_of(pdstrain, lane) + (0.5 / G_ * root2_3 * unit) * along);
+    if (value_of(plastic_part) > 0)
+      set_lane(pdstrain, lane,
+               lane_of(pdstrain, lane) + (0.5 / G_ * root2_3 * unit) * plastic_part);
   }
   LAHAR_UNROLL
   for (int k = 0; k < Rows; ++k) stress[k] = select(plastic & ~left, plane.stress(k), stress[k]);

@@ -200,27 +200,31 @@ bool smooth_steps(const Take& take, const VoigtOf<Number>& strain, double pressu
       to.converged = take(part, to.sigma, to.state.data());
     return to;
   };
-  Result sum{{}, {}, true};
+  Result sum{{}, {}, false}, last = sum;
   Number left(1);  // the share of what is still to come
   Result coarse = in_parts(1);
   for (int n = 1; n <= most_smooth_steps / 2; n *= 2) {
     Result fine = in_parts(2 * n);
     if (fine.converged && coarse.converged) {
+      // By differences: what all of them agree about keeps its bits.
+      if (value_of(left) == 1) {
+        sum = fine;
+      } else {
+        for (std::size_t k = 0; k < 6; ++k) sum.sigma[k] += left * (fine.sigma[k] - last.sigma[k]);
+        for (std::size_t k = 0; k < States; ++k)
+          sum.state[k] += left * (fine.state[k] - last.state[k]);
+      }
+      last = fine;
       VoigtOf<Number> difference;
       for (std::size_t k = 0; k < 6; ++k) difference[k] = fine.sigma[k] - coarse.sigma[k];
       const Number square = contract(difference, difference);
       const double allowed = n * step_error * pressure, e = sqrt(value_of(square)) / allowed;
-      Number onwards(0);
-      if (!(e < 1)) {
-        onwards = Number(1);
-      } else if (e > 0.5) {
+      if (e <= 0.5) {
+        left = Number(0);
+      } else if (e < 1) {
         const Number x = 2.0 * (1 / allowed) * sqrt(square) - 1.0;
-        onwards = x * x * (3.0 - 2.0 * x);
+        left = left * (x * x * (3.0 - 2.0 * x));
       }
-      const Number own = left * (1.0 - onwards);
-      for (std::size_t k = 0; k < 6; ++k) sum.sigma[k] += own * fine.sigma[k];
-      for (std::size_t k = 0; k < States; ++k) sum.state[k] += own * fine.state[k];
-      left = left * onwards;
       if (value_of(left) == 0) {
         sigma = sum.sigma;
         std::copy_n(sum.state.begin(), States, state);

@@ -10,9 +10,9 @@ namespace {
 
 /// One of 16 increments is looked at for what the law allows, all for failures.
 template <class LawType, int Dim>
-void check(std::int64_t increments) {
+void check(std::int64_t increments, bool large = false) {
   CAPTURE(LawType::name);
-  const RandomIncrements found = RandomPaths<LawType, Dim>(7, 16).run(increments);
+  const RandomIncrements found = RandomPaths<LawType, Dim>(7, 16, false, large).run(increments);
   MESSAGE(LawType::name, ": ", found.done, " increments, ", found.divided, " in parts, worst ",
           found.worst);
   INFO(found.first);
@@ -36,4 +36,11 @@ TEST_CASE("a thousand million random increments of the laws do not fail") {
   check<NeoHookean, 3>(100'000'000);
   check<ModifiedCamClay, 3>(1'000'000);
   check<NorSand, 3>(250'000);
+}
+
+TEST_CASE("random increments of implicit steps do not fail") {
+  check<MohrCoulomb, 3>(20'000'000, true);
+  check<MohrCoulomb, 2>(20'000'000, true);
+  check<ModifiedCamClay, 3>(500'000, true);
+  check<NorSand, 3>(100'000, true);
 }

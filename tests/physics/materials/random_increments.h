@@ -243,9 +243,10 @@ class RandomPaths {
   static constexpr double tolerance = 1e-9;
   static constexpr int steps = 32;
 
-  /// One of `look` increments is judged; `widths`: each is done in packs of 1, 2 and 4, too.
-  RandomPaths(std::uint64_t seed, int look, bool widths = false)
-      : dice_(seed), look_(look), widths_(widths) {}
+  /// One of `look` increments is judged; `widths`: each is done in packs of 1, 2 and 4, too;
+  /// `large`: as in implicit steps.
+  RandomPaths(std::uint64_t seed, int look, bool widths = false, bool large = false)
+      : dice_(seed), look_(look), widths_(widths), large_(large) {}
 
   /// `increments` of laws with new parameters for every path.
   RandomIncrements run(std::int64_t increments) {
@@ -273,6 +274,7 @@ class RandomPaths {
     for (int step = 0; step < steps; ++step) {
       LawInput<Dim, Pack> in;
       in.dt = dice_.size(-6, -1);
+      in.large = large_;
       const int kind = dice_.below(8);
       const double common = dice_.size(-24, dice_.below(4) ? -2 : -1);
       double size[width];
@@ -459,7 +461,7 @@ class RandomPaths {
 
   Dice dice_;
   int look_, until_look_ = 1;
-  bool widths_;
+  bool widths_, large_;
   RandomIncrements found_;
 };
 
