@@ -10,7 +10,7 @@ namespace lahar {
 
 namespace {
 
-constexpr std::size_t rows_in_plane = stress_components<2>;
+constexpr std::size_t rows_in_plane = stress_components<2>, zz = 2;
 
 template <class LawType>
 constexpr bool jumps = requires {
@@ -78,15 +78,39 @@ struct LawUpdate {
   }
 };
 
-/// The strain rate across a sheet that makes its stress there zero at the end of the step.
-template <class Real, class Update, class Input>
-LAHAR_INLINE Real free_rate(const Update& update_of, double modulus, unsigned active, double dt,
-                            const Real (&stress)[6], const Real (&state)[most_state], Input input) {
-  constexpr std::size_t zz = 2;
-  const LawInput<3, Real> held = input(Real(0.0));
+/// compression_modulus(), lane by lane.
+template <class Real, class LawType>
+Real present_modulus(const LawType& law, const Real (&stress)[6], const Real (&state)[most_state]) {
+  if constexpr (!requires { &LawType::wave_moduli; }) {
+    return Real(law.wave_modulus());
+  } else {
+    Real modulus(0.0);
+    for (int lane = 0; lane < lanes<Real>; ++lane) {
+      Voigt s;
+      std::array<double, most_state> q;
+      for (std::size_t k = 0; k < s.size(); ++k) s[k] = stress[k][lane];
+      for (std::size_t k = 0; k < q.size(); ++k) q[k] = state[k][lane];
+      set_lane(modulus, lane, compression_modulus(law, s, q.data()));
+    }
+    return modulus;
+  }
+}
+
+/// What a stress across a sheet is compared with [Pa]: the stresses, and those of the increment.
+template <class Real>
+LAHAR_INLINE Real stresses_of(const LawInput<3, Real>& held, const Real& modulus, double dt,
+                              const Real (&stress)[6]) {
   Real scale(0.0);
   for (std::size_t k = 0; k < rows_in_plane; ++k)
-    scale += abs(stress[k]) + (modulus * dt) * abs(held.rate[k]);
+    scale += abs(stress[k]) + Real(modulus * dt) * abs(held.rate[k]);
+  return scale;
+}
+
+/// The strain rate across a sheet that makes its stress there zero at the end of the step.
+template <class Real, class Update, class Input>
+LAHAR_INLINE Real free_rate(const Update& update_of, const Real& modulus, const Real& scale,
+                            unsigned active, double dt, const Real (&stress)[6],
+                            const Real (&state)[most_state], Input input) {
   const auto stress_across = [&](const Real& strain, unsigned open) {
     Update trial = update_of;
     Real s[6], q[most_state];
@@ -100,10 +124,11 @@ LAHAR_INLINE Real free_rate(const Update& update_of, double modulus, unsigned ac
   return (1.0 / dt) * strain_without_stress<Real>(active, modulus, scale, stress_across);
 }
 
-/// One bin with its law and gradients; returns the sum of V sigma : d(eps) with the mean stress.
-template <Plane plane, bool Gaps, class Real, class LawType>
+/// One bin with its law, as given and as prepared, and gradients; returns the sum of V sigma :
+/// d(eps) with the mean stress.
+template <Plane plane, bool Gaps, class Real, class Given, class LawType>
 Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const ParticleBin& bin,
-                const Rows<2>& rows, const StepContext<2>& step, double modulus,
+                const Rows<2>& rows, const StepContext<2>& step, const Given& given,
                 const LawType& law) {
   const double dt = step.dt, least = dt * gradient.least_trace(bin.end - bin.begin);
   if (!(1.0 + least > 0.0)) record_collapse(patch, bin, least);
@@ -113,7 +138,7 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
   for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
     const Local n = bin.end - p;
     const unsigned active = n < lanes<Real> ? (1u << n) - 1 : LawInput<3, Real>::all_of;
-    Real L[2][2], across(0.0), stress[6], before[6], state[most_state] = {}, power(0.0);
+    Real L[2][2], across(0.0), scale(0.0), stress[6], before[6], state[most_state] = {}, power(0.0);
     const Real trace = gradient.at(p, L);
     for (std::size_t k = 0; k < 6; ++k)
       before[k] = stress[k] = k < rows_in_plane ? load<Real>(rows.stress[k] + p) : Real(0.0);
@@ -138,14 +163,18 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
         if constexpr (jumps<LawType>) increment.large = true;
         return increment;
       };
-      across = free_rate<Real>(of_law, modulus, active, dt, stress, state, input);
+      const Real modulus = present_modulus(given, stress, state);
+      scale = stresses_of(input(Real(0.0)), modulus, dt, stress);
+      across = free_rate<Real>(of_law, modulus, scale, active, dt, stress, state, input);
       in = input(across);
     }
     in.active = active;
     Real pressure_before(0.0);
     if constexpr (pressure_is_state<LawType>) pressure_before = state[0];
     for (std::size_t k = 0; k < rows_in_plane; ++k) power += stress[k] * in.rate[k];
-    const Failures failures = of_law.apply(in, stress, state);
+    Failures failures = of_law.apply(in, stress, state);
+    if constexpr (plane == Plane::stress)
+      failures.failed |= active & stress_is_left(stress[zz], scale, given.wave_modulus());
     if (failures.failed | failures.divided) record_failures(patch, bin, p, failures, before);
     for (std::size_t k = 0; k < rows_in_plane; ++k) {
       power += stress[k] * in.rate[k];
@@ -166,17 +195,16 @@ Real update_bin(Patch<2>& patch, const StoredGradient<2>& gradient, const Partic
 }
 
 /// Bins of one material.
-template <Plane plane, class Real, class LawType>
+template <Plane plane, class Real, class Given, class LawType>
 Real update_bins(Patch<2>& patch, const StepContext<2>& step, ParticleBins bins, const Local* first,
-                 const VelocityGradients<2>& gradients, const Rows<2>& rows, double modulus,
+                 const VelocityGradients<2>& gradients, const Rows<2>& rows, const Given& given,
                  const LawType& law) {
   Real work(0.0);
   const auto with = [&]<bool Gaps>() {
     for (std::size_t r = 0; r < bins.size(); ++r)
       if (const ParticleBin& bin = bins[r]; bin.begin < bin.end)
-        work +=
-            update_bin<plane, Gaps, Real>(patch, StoredGradient<2>(gradients, first[r], bin.begin),
-                                          bin, rows, step, modulus, law);
+        work += update_bin<plane, Gaps, Real>(
+            patch, StoredGradient<2>(gradients, first[r], bin.begin), bin, rows, step, given, law);
   };
   if constexpr (Opens<LawType, 3, Real>)
     if (rows.opening) {
@@ -217,10 +245,10 @@ void update_stress_across(Patch<2>& patch, const StepContext<2>& step, ParticleB
           const Local* first = gradients.first.data() + from;
           if (step.model->analysis.plane == Plane::axisymmetric)
             work += update_bins<Plane::axisymmetric, Real>(patch, step, same, first, gradients,
-                                                           of_law, 0.0, law);
+                                                           of_law, given, law);
           else if constexpr (!pressure_is_state<Given>)  // no sheets of fluids
             work += update_bins<Plane::stress, Real>(patch, step, same, first, gradients, of_law,
-                                                     given.wave_modulus(), law);
+                                                     given, law);
         },
         of_material);
   }

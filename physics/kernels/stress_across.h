@@ -3,7 +3,8 @@
 ///
 ///     axisymmetric   the strain rate around the axis is v_r / r (ring.h);
 ///     plane stress   the strain rate across the sheet is that for which its stress there is zero
-///                    at the end of the step (free_strain.h). So volumes follow its thickness.
+///                    at the end of the step (free_strain.h). So volumes follow its thickness. A
+///                    particle whose law has no such stress ends the run.
 #pragma once
 
 #include "physics/kernels/velocity_gradients.h"

@@ -9,16 +9,23 @@ namespace lahar {
 
 /// Rounding of a stress that is to be zero, as a share of the stresses of the increment.
 inline constexpr double free_stress_tolerance = 1e-11;
+/// More than this share of these stresses is no error of a law (soil_stress.h) that a search ended
+/// on: there is no stress without this component.
+inline constexpr double most_free_stress = 1e-3;
+/// A stress that so small an elastic strain makes counts as none [-]: laws of soils are no more
+/// exact where they bear nothing.
+inline constexpr double least_free_strain = 1e-7;
 
 /// The strain increment e, lane by lane, for which `stress_of(e, open)` is zero, but for
 /// free_stress_tolerance times `scale` [Pa]. Only the lanes in `open` count. It is Newton's method
-/// with secants, from the slope `modulus` of waves on: exact for linear elasticity. Where values of
-/// both signs are known it stays between them, and halves their distance at times, so that kinks
-/// of a law, or a stress that does not change, do not stop it. Where the stress keeps its sign up
-/// to a strain that no material needs, the strain is that for which it was nearest to zero. A lane
-/// does not depend on others.
+/// with secants, from the slope `modulus` of waves on, the present one: exact for linear
+/// elasticity. Where values of both signs are known it stays between them, and halves their
+/// distance at times, so that kinks of a law, or a stress that does not change, do not stop it.
+/// Where the stress jumps over zero, or keeps its sign up to a strain that no material needs, the
+/// strain is that for which it was nearest to zero: see stress_is_left(). A lane does not depend
+/// on others.
 template <class Real, class Stress>
-LAHAR_INLINE Real strain_without_stress(unsigned active, double modulus, const Real& scale,
+LAHAR_INLINE Real strain_without_stress(unsigned active, const Real& modulus, const Real& scale,
                                         Stress stress_of) {
   constexpr int most_iterations = 100, secants = 8;
   constexpr double least_slope = 1e-3;  // of the modulus
@@ -55,7 +62,15 @@ LAHAR_INLINE Real strain_without_stress(unsigned active, double modulus, const R
     least = select(nearer, abs(s), least);
     open &= greater(abs(s), tolerance);
   }
-  return e;
+  return select(open, nearest, e);
+}
+
+/// Lanes with a stress [Pa] where there should be none: the search has found no zero. `scale` as
+/// above; `modulus` is the largest one of the law [Pa].
+template <class Real>
+LAHAR_INLINE unsigned stress_is_left(const Real& stress, const Real& scale, double modulus) {
+  const Real least(least_free_strain * modulus);
+  return greater(abs(stress), max(Real(most_free_stress * scale), least));
 }
 
 }  // namespace lahar

@@ -1,6 +1,7 @@
 /// \file What may be asked of any constitutive law.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -91,6 +92,15 @@ bool stiffness_follows_stress(const Law& law);
 /// Moduli of elastic waves at a stress; not more than wave_modulus(), which limits the time step.
 /// Those of wave_modulus() and shear_wave_modulus() where stiffness does not follow the stress.
 WaveModuli wave_moduli(const Law& law, const Voigt& stress, const double* state);
+
+/// wave_moduli().compression of a law whose kind is known.
+template <class LawType>
+double compression_modulus(const LawType& law, const Voigt& stress, const double* state) {
+  const double most = law.wave_modulus();
+  if constexpr (requires { law.wave_moduli(stress, state); })
+    if (!law.as_cbgeo) return std::min(most, law.wave_moduli(stress, state).compression);
+  return most;
+}
 
 /// Viscosity 4/3 mu [Pa s] of longitudinal motion, whose diffusion limits the step too; 0 for
 /// solids.

@@ -6,12 +6,11 @@ namespace lahar {
 
 namespace {
 
-/// H[2][2] for which the stress across the plane is zero.
+/// H[2][2] for which the stress across the plane is zero. `modulus` and `scale` as
+/// strain_without_stress() takes them.
 template <class LawType>
-double free_gradient(const LawType& law, double modulus, const double (&H)[3][3], double dt,
-                     Kinematics kinematics, const double* stress, const double* state) {
-  double scale = 0;
-  for (int k = 0; k < 4; ++k) scale += std::abs(stress[k]) + modulus * std::abs(H[k / 2][k % 2]);
+double free_gradient(const LawType& law, double modulus, double scale, const double (&H)[3][3],
+                     double dt, Kinematics kinematics, const double* stress, const double* state) {
   const auto across = [&](const Scalar& strain, unsigned) {
     Scalar all[3][3], s[6], q[LawType::state.size() + 1];
     for (int a = 0; a < 3; ++a)
@@ -20,7 +19,7 @@ double free_gradient(const LawType& law, double modulus, const double (&H)[3][3]
     update_by<3>(law, all, dt, kinematics, stress, state, s, q);
     return s[2];
   };
-  return strain_without_stress<Scalar>(1u, modulus, Scalar(scale), across)[0];
+  return strain_without_stress<Scalar>(1u, Scalar(modulus), Scalar(scale), across)[0];
 }
 
 }  // namespace
@@ -28,13 +27,22 @@ double free_gradient(const LawType& law, double modulus, const double (&H)[3][3]
 Failures stress_change_across(const Law& law, bool free, double (&H)[3][3], double dt,
                               Kinematics kinematics, const double* stress, const double* state,
                               StressChange<3>& to) {
-  const double all[6] = {stress[0], stress[1], stress[2], stress[3], 0.0, 0.0};
+  const Voigt all{stress[0], stress[1], stress[2], stress[3], 0.0, 0.0};
   return std::visit(
       [&](const auto& given) {
         const auto prepared = prepare(free ? with_free_faces(given) : given);
+        double scale = 0;
+        if (free) {
+          const double modulus = compression_modulus(given, all, state);
+          for (std::size_t k = 0; k < 4; ++k)
+            scale += std::abs(all[k]) + modulus * std::abs(H[k / 2][k % 2]);
+          H[2][2] = free_gradient(prepared, modulus, scale, H, dt, kinematics, all.data(), state);
+        }
+        Failures failures = stress_change<3>(prepared, H, dt, kinematics, all.data(), state, to);
         if (free)
-          H[2][2] = free_gradient(prepared, given.wave_modulus(), H, dt, kinematics, all, state);
-        return stress_change<3>(prepared, H, dt, kinematics, all, state, to);
+          failures.failed |=
+              stress_is_left(Scalar(to.stress[2]), Scalar(scale), given.wave_modulus());
+        return failures;
       },
       law);
 }

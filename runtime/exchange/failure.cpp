@@ -118,6 +118,12 @@ std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, 
       return particle + more +
              " moved beyond the neighbouring patches within one step. Reduce the time step.";
     case ParticleFault::Kind::law:
+      if (model.analysis.plane == Plane::stress)
+        return fmt::format(
+            "{}{}: material '{}' found no stress that it allows and that is zero across the sheet, "
+            "after stress {} Pa (xx yy zz xy yz xz). Check its parameters, reduce the time step, "
+            "or use \"plane\": \"strain\" in \"analysis\".",
+            particle, more, model.materials[fault.material].name, tuple(fault.stress));
       return fmt::format(
           "{}{}: material '{}' found no stress that it allows after stress {} Pa (xx yy zz xy yz "
           "xz), not even in {} parts of the increment. Check its parameters, or reduce the time "

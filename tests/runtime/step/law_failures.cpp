@@ -51,6 +51,20 @@ TEST_CASE("a law without a stress ends the run and names particle, material and 
   for (const ExecutionOptions& way : other_ways()) CHECK(run(model, way).error == reference.error);
 }
 
+TEST_CASE("in sheets the message says that no stress may act across them") {
+  const Eigen::Matrix2d inside_out = (Eigen::Matrix2d() << 0, 1.5, 1.5, 0).finished();
+  Model<2> model = one_cell(
+      R"("type": "NeoHookean", "density": 1000, "youngs_modulus": 1e5, "poisson_ratio": 0.2)",
+      inside_out, 0);
+  model.analysis.plane = Plane::stress;
+  CHECK(run(model, serial()).error ==
+        "step 0 (t = 0 s), rank 0, patch 0, stage stress: particle 0 at (1.25, 1.25) m, velocity "
+        "(-15000, -15000) m/s (and 3 more here): material 'stuff' found no stress that it allows "
+        "and that is zero across the sheet, after stress (0, 0, 0, 0, 0, 0) Pa (xx yy zz xy yz "
+        "xz). Check its parameters, reduce the time step, or use \"plane\": \"strain\" in "
+        "\"analysis\".");
+}
+
 TEST_CASE("increments that are done in parts are counted, in the history and for the report") {
   const Eigen::Matrix2d squeeze = (Eigen::Matrix2d() << -0.02, 0, 0, 0.01).finished();
   const Model<2> model = one_cell(sand, squeeze, -2e5);
