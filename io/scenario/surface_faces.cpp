@@ -33,28 +33,6 @@ std::array<Index, most_face_corners> nodes_of_face(const ElementInfo& element,
   return found;
 }
 
-template <int Dim>
-CellFace<Dim> face_of(const Mesh<Dim>& mesh, Index cell, int face) {
-  const ElementInfo& element = info(mesh.element());
-  const ElementGeometry<Dim> geometry = mesh.element_geometry(cell);
-  CellFace<Dim> made{.nodes = nodes_of_face<Dim>(element, mesh.element_nodes(cell), face),
-                     .cell = cell,
-                     .corners = 0,
-                     .x = {},
-                     .centre = point_of<Dim>(mesh.cell_centre(cell))};
-  for (const int corner : element.face[static_cast<std::size_t>(face)])
-    if (corner >= 0)
-      made.x[static_cast<std::size_t>(made.corners++)] =
-          point_of<Dim>(geometry.X[static_cast<std::size_t>(corner)]);
-  return made;
-}
-
-/// A piece of a face: its middle, and its area times its normal, which points out of the cell.
-template <int Dim>
-struct FacePiece {
-  Vec<Dim> x, area;  ///< [m], [m^2]
-};
-
 /// All pieces of a face, small and alike, one after the other.
 template <int Dim>
 void cut_into_pieces(const CellFace<Dim>& face, auto&& visit) {
@@ -92,6 +70,31 @@ void cut_into_pieces(const CellFace<Dim>& face, auto&& visit) {
 }
 
 }  // namespace
+
+template <int Dim>
+CellFace<Dim> face_of(const Mesh<Dim>& mesh, Index cell, int face) {
+  const ElementInfo& element = info(mesh.element());
+  const ElementGeometry<Dim> geometry = mesh.element_geometry(cell);
+  CellFace<Dim> made{.nodes = nodes_of_face<Dim>(element, mesh.element_nodes(cell), face),
+                     .cell = cell,
+                     .corners = 0,
+                     .x = {},
+                     .centre = point_of<Dim>(mesh.cell_centre(cell))};
+  for (const int corner : element.face[static_cast<std::size_t>(face)])
+    if (corner >= 0)
+      made.x[static_cast<std::size_t>(made.corners++)] =
+          point_of<Dim>(geometry.X[static_cast<std::size_t>(corner)]);
+  return made;
+}
+
+template <int Dim>
+FacePiece<Dim> whole_face(const CellFace<Dim>& face) {
+  FacePiece<Dim> whole{Vec<Dim>::Zero(), Vec<Dim>::Zero()};
+  for (int k = 0; k < face.corners; ++k)
+    whole.x += vector_of<Dim>(face.x[static_cast<std::size_t>(k)]) / face.corners;
+  cut_into_pieces(face, [&](const FacePiece<Dim>& piece) { whole.area += piece.area; });
+  return whole;
+}
 
 template <int Dim>
 std::vector<CellFace<Dim>> faces_of_surface(const Mesh<Dim>& mesh, std::span<const Index> cells,
@@ -165,6 +168,10 @@ std::array<double, static_cast<std::size_t>(Dim)> edges_with(
             std::sqrt(areas[0] * areas[1] / areas[2])};
 }
 
+template CellFace<2> face_of<2>(const Mesh<2>&, Index, int);
+template CellFace<3> face_of<3>(const Mesh<3>&, Index, int);
+template FacePiece<2> whole_face<2>(const CellFace<2>&);
+template FacePiece<3> whole_face<3>(const CellFace<3>&);
 template std::vector<CellFace<2>> faces_of_surface<2>(const Mesh<2>&, std::span<const Index>,
                                                       std::span<const Index>, const Team&);
 template std::vector<CellFace<3>> faces_of_surface<3>(const Mesh<3>&, std::span<const Index>,

@@ -25,6 +25,19 @@ struct CellFace {
   Point centre;                            ///< [m] of the cell
 };
 
+/// A face of a cell that `mesh` holds, as ElementInfo::face counts them.
+template <int Dim>
+CellFace<Dim> face_of(const Mesh<Dim>& mesh, Index cell, int face);
+
+/// A face, or a piece of one: its middle, and its area times its normal, which points out of the
+/// cell.
+template <int Dim>
+struct FacePiece {
+  Vec<Dim> x, area;  ///< [m], [m^2; m per m of depth]
+};
+template <int Dim>
+FacePiece<Dim> whole_face(const CellFace<Dim>& face);
+
 /// The faces of `cells` that have no cell of `filled` on their other side. `cells` and `filled` are
 /// this member's, ascending, and `mesh` holds them. All members get the faces of all members, in
 /// the order of their nodes. Collective.

@@ -76,8 +76,10 @@ const Section& generator_section() {
           "of them has left the cell: the flow is density * area * velocity as long as they keep "
           "this velocity there. Weight makes it more, and what lies before it less: prescribe the "
           "velocity at the nodes of these cells, too. Cells into which other particles come give "
-          "less. (CB-Geo MPM: they share the cell's volume.) Particle ids continue from one "
-          "generator to the next. Ids of injected particles continue from these, step by step.",
+          "less. Of triangles and tetrahedra only those get particles into which something flows "
+          "from outside of the set. (CB-Geo MPM: all, and particles share the cell's volume.) "
+          "Particle ids continue from one generator to the next. Ids of injected particles "
+          "continue from these, step by step.",
       .discriminator = "type",
       .keys = {
           {.key = "type",
