@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -68,6 +69,20 @@ class Raster {
   std::string reference_;
   std::pair<Vec<2>, Vec<2>> bounds_;
 };
+
+/// Where two tiles both have values that are not the same.
+struct TileDifference {
+  double difference = 0;      ///< [m], or the unit of the values
+  Vec<2> x = Vec<2>::Zero();  ///< [m] of the map
+  std::string below, above;   ///< names: the value of `above`, which comes later, is taken
+};
+
+/// The largest difference of tiles that overlap, from `low` to `high` on the map: of heights more
+/// than a tenth of a cell, a cell where the cells of the tiles do not meet; of other values more
+/// than a tenth. Looks at some places of large overlaps.
+std::optional<TileDifference> difference_of_tiles(const std::vector<MapFile>& files,
+                                                  const Vec<2>& low, const Vec<2>& high,
+                                                  bool heights);
 
 /// The surface through the points of a part, moved by -`origin`. It reaches to the edges of the
 /// cells: straight on from the last two points.

@@ -33,6 +33,10 @@ Index Raster::rows_at_once(const Part&) const {
 std::vector<float> Raster::read(const Part&, Index, Index) const {
   refuse();
 }
+std::optional<TileDifference> difference_of_tiles(const std::vector<MapFile>&, const Vec<2>&,
+                                                  const Vec<2>&, bool) {
+  refuse();
+}
 std::string reference_name(const std::string&) {
   refuse();
 }

@@ -5,11 +5,21 @@
 #include <array>
 #include <cmath>
 
+#include "io/base/text.h"
 #include "io/geometry/gdal_library.h"
 #include "io/geometry/map_files.h"
 #include "physics/base/error.h"
 
 namespace lahar {
+
+namespace {
+
+/// Cells of a file.
+struct Window {
+  Index column, row, columns, rows;
+};
+
+}  // namespace
 
 struct Raster::Source {
   Dataset dataset;
@@ -20,6 +30,22 @@ struct Raster::Source {
   double no_data = std::numeric_limits<double>::quiet_NaN();
   bool masked = false;    ///< by more than `no_data`
   std::string all_known;  ///< a file that declares no value for what is not known; or none
+  std::string names;      ///< of all files, for messages
+  bool heights = true;    ///< else values of a parameter
+
+  /// Means over parts of a window, which has `columns` x `rows` of them.
+  std::vector<float> take(GDALRasterBandH from, const Window& window, Index columns,
+                          Index rows) const;
+  std::vector<float> take_mask(const Window& window, Index columns, Index rows) const;
+  bool is_known(const std::vector<float>& values, const std::vector<float>& mask,
+                std::size_t i) const {
+    return std::isfinite(values[i]) && values[i] != static_cast<float>(no_data) &&
+           (mask.empty() || mask[i] != 0);
+  }
+  /// Refuses values of single cells that mean that nothing is known there, where the file does not
+  /// say so.
+  void check(const Window& window, const std::vector<float>& cells,
+             const std::vector<float>& mask) const;
 };
 
 namespace {
@@ -37,6 +63,46 @@ constexpr Index cells_at_once = Index{1} << 22;
 /// Values that programs write where nothing is known.
 bool is_usual_no_data(float value) {
   return value == -9999.F || value == -99999.F || value == -32768.F || value < -1e30F;
+}
+
+/// Values that may mean the same, where all others are far away. No soil has a negative parameter.
+bool may_be_no_data(float value, bool heights) {
+  return is_usual_no_data(value) || value == -32767.F || value == -999.F || value >= 1e20F ||
+         (heights && (value == 9999.F || value == 99999.F));
+}
+
+/// Of single cells: those with one such value, and all others.
+struct StrangeCells {
+  float value = 0;
+  Index count = 0;
+  std::size_t first = 0;                                            ///< its place in the block
+  float low = std::numeric_limits<float>::infinity(), high = -low;  ///< of the others
+  /// A depth or a height lies among others that are not much smaller.
+  bool far_from_others() const {
+    constexpr float share = 0.5F;  // of the value
+    if (low > high) return is_usual_no_data(value) || value >= 1e20F;
+    const float gap = share * std::abs(value);
+    return count > 0 && (value < low - gap || value > high + gap);
+  }
+};
+
+/// What looks unlike the rest among cells that are known. `is_known(i)`.
+StrangeCells strange_cells(const std::vector<float>& cells, bool heights, const auto& is_known) {
+  StrangeCells found;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (!is_known(i)) continue;
+    if (!may_be_no_data(cells[i], heights)) {
+      found.low = std::min(found.low, cells[i]);
+      found.high = std::max(found.high, cells[i]);
+    } else if (found.count == 0 || std::abs(cells[i]) > std::abs(found.value)) {
+      found.value = cells[i];
+      found.count = 1;
+      found.first = i;
+    } else if (cells[i] == found.value) {
+      ++found.count;
+    }
+  }
+  return found;
 }
 
 Dataset open(const MapFile& file) {
@@ -156,6 +222,8 @@ Raster::Raster(const std::vector<MapFile>& tiles, std::string_view unit)
   if (given) s.offset = offset;
   const double none = gdal().GDALGetRasterNoDataValue(s.band, &given);
   if (given) s.no_data = none;
+  s.heights = unit == "m";
+  for (const MapFile& tile : tiles) s.names += (s.names.empty() ? "" : "', '") + tile.name;
   s.masked = (gdal().GDALGetMaskFlags(s.band) & (GMF_NODATA | GMF_ALL_VALID)) == 0;
   const Vec<2> a(s.transform[0], s.transform[3]);
   const Vec<2> b = a + Vec<2>(s.transform[1] * static_cast<double>(s.columns),
@@ -204,6 +272,59 @@ Index Raster::rows_at_once(const Part& part) const {
   return std::max<Index>(1, cells_at_once / (part.columns * part.factor * part.factor));
 }
 
+std::vector<float> Raster::Source::take(GDALRasterBandH from, const Window& window, Index columns,
+                                        Index rows) const {
+  std::vector<float> to(static_cast<std::size_t>(columns * rows));
+  GDALRasterIOExtraArg extra;
+  INIT_RASTERIO_EXTRA_ARG(extra);
+  extra.eResampleAlg = columns < window.columns ? GRIORA_Average : GRIORA_NearestNeighbour;
+  if (gdal().GDALRasterIOEx(from, GF_Read, static_cast<int>(window.column),
+                            static_cast<int>(window.row), static_cast<int>(window.columns),
+                            static_cast<int>(window.rows), to.data(), static_cast<int>(columns),
+                            static_cast<int>(rows), GDT_Float32, 0, 0, &extra) != CE_None)
+    fail(fmt::format("the raster cannot be read: {}", QuietGdal::said()),
+         "is the file whole? gdalinfo -stats reads all of it");
+  return to;
+}
+
+std::vector<float> Raster::Source::take_mask(const Window& window, Index columns,
+                                             Index rows) const {
+  if (!masked) return {};
+  return take(gdal().GDALGetMaskBand(band), window, columns, rows);
+}
+
+void Raster::Source::check(const Window& window, const std::vector<float>& cells,
+                           const std::vector<float>& mask) const {
+  const StrangeCells found =
+      strange_cells(cells, heights, [&](std::size_t i) { return is_known(cells, mask, i); });
+  if (found.count == 0) return;
+  if (!all_known.empty() && (is_usual_no_data(found.value) || found.far_from_others()))
+    fail(fmt::format("'{}' has the value {}, which means in most rasters that nothing is known "
+                     "there, but does not say so",
+                     all_known, found.value),
+         fmt::format("gdal_edit.py -a_nodata {} says it in a GeoTIFF, a line NODATA_value {} in "
+                     "the header of an ASCII grid",
+                     found.value, found.value));
+  if (!found.far_from_others()) return;
+  const auto column = static_cast<Index>(found.first) % window.columns + window.column;
+  const auto row = static_cast<Index>(found.first) / window.columns + window.row;
+  fail(fmt::format("'{}' has the value {} in {} cells, the first at ({:.10g}, {:.10g}), {}: it "
+                   "looks like a second value for what is not known, beside the one that the file "
+                   "declares{}",
+                   names, found.value, format_count(found.count),
+                   transform[0] + transform[1] * (static_cast<double>(column) + 0.5),
+                   transform[3] + transform[5] * (static_cast<double>(row) + 0.5),
+                   found.low > found.high
+                       ? std::string("and no other")
+                       : fmt::format("and else from {:.6g} to {:.6g}", found.low, found.high),
+                   std::isnan(no_data) ? std::string() : fmt::format(" ({:g})", no_data)),
+       fmt::format(
+           "give all unknown cells one value: gdalwarp -srcnodata {} -dstnodata {} IN OUT, "
+           "or write the declared value into these cells",
+           found.value,
+           std::isnan(no_data) ? std::string("VALUE_DECLARED") : fmt::format("{:g}", no_data)));
+}
+
 std::vector<float> Raster::read(const Part& part, Index begin, Index end) const {
   const QuietGdal quiet;
   const Source& s = *source_;
@@ -212,50 +333,18 @@ std::vector<float> Raster::read(const Part& part, Index begin, Index end) const 
   const bool downwards = s.transform[5] < 0;
   const Index first = part.first_row + begin * part.factor;
   const Index row = downwards ? s.rows - first - rows * part.factor : first;
-  std::vector<float> read(static_cast<std::size_t>(part.columns * rows));
-  GDALRasterIOExtraArg extra;
-  INIT_RASTERIO_EXTRA_ARG(extra);
-  extra.eResampleAlg = part.factor > 1 ? GRIORA_Average : GRIORA_NearestNeighbour;
-  const auto take = [&](GDALRasterBandH band, std::vector<float>& to) {
-    return gdal().GDALRasterIOEx(
-               band, GF_Read, static_cast<int>(part.first_column), static_cast<int>(row),
-               static_cast<int>(part.columns * part.factor), static_cast<int>(rows * part.factor),
-               to.data(), static_cast<int>(part.columns), static_cast<int>(rows), GDT_Float32, 0, 0,
-               &extra) == CE_None;
-  };
-  const auto take_all = [&](GDALRasterBandH band, std::vector<float>& to) {
-    if (!take(band, to))
-      fail(fmt::format("the raster cannot be read: {}", QuietGdal::said()),
-           "is the file whole? gdalinfo -stats reads all of it");
-  };
-  std::vector<float> mask;
-  if (s.masked) mask.resize(read.size());
-  take_all(s.band, read);
-  if (s.masked) take_all(gdal().GDALGetMaskBand(s.band), mask);
-  if (!s.all_known.empty()) {
-    std::vector<float> single;  // cells: a mean hides the value
-    if (part.factor > 1) {
-      single.resize(read.size());
-      extra.eResampleAlg = GRIORA_NearestNeighbour;
-      take_all(s.band, single);
-    }
-    const std::vector<float>& cells = part.factor > 1 ? single : read;
-    if (const auto value = std::find_if(cells.begin(), cells.end(), is_usual_no_data);
-        value != cells.end())
-      fail(fmt::format("'{}' has the value {}, which means in most rasters that nothing is known "
-                       "there, but does not say so",
-                       s.all_known, *value),
-           fmt::format("gdal_edit.py -a_nodata {} says it in a GeoTIFF, a line NODATA_value {} in "
-                       "the header of an ASCII grid",
-                       *value, *value));
-  }
+  const Window window{part.first_column, row, part.columns * part.factor, rows * part.factor};
+  std::vector<float> read = s.take(s.band, window, part.columns, rows);
+  const std::vector<float> mask = s.take_mask(window, part.columns, rows);
+  if (part.factor == 1)
+    s.check(window, read, mask);
+  else  // a mean hides the value
+    s.check(window, s.take(s.band, window, window.columns, window.rows),
+            s.take_mask(window, window.columns, window.rows));
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
-  const auto none = static_cast<float>(s.no_data);
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    float& h = read[i];
-    const bool known = std::isfinite(h) && h != none && !(s.masked && mask[i] == 0);
-    h = known ? static_cast<float>(s.offset + s.scale * h) : unknown;
-  }
+  for (std::size_t i = 0; i < read.size(); ++i)
+    read[i] =
+        s.is_known(read, mask, i) ? static_cast<float>(s.offset + s.scale * read[i]) : unknown;
   if (downwards)
     for (Index j = 0; j < rows / 2; ++j)
       std::swap_ranges(read.begin() + j * part.columns, read.begin() + (j + 1) * part.columns,

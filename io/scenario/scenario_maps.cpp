@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "io/base/text.h"
 #include "io/geometry/ascii_grid.h"
@@ -128,6 +129,7 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names, std::str
     if (files.empty() || !mesh_) return out;
     std::unique_ptr<Raster> raster;
     Raster::Part part;
+    std::optional<TileDifference> gap;
     const auto [low, high] = mesh_->bounds();
     const double cell = smallest_cell(*mesh_, team_);
     const Vec<2> from = low.template head<2>() + in_.map.origin;
@@ -137,6 +139,7 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names, std::str
             for (const MapFile& file : files) check_ascii_grid(file);
           raster = std::make_unique<Raster>(files, unit);
           part = raster->part(from, to, finest_spacing * cell);
+          gap = difference_of_tiles(files, from, to, unit == "m");
         }))
       return out;
     if (!check_reference(names, raster->reference())) return out;
@@ -148,6 +151,15 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names, std::str
                 "and y = 0");
       return out;
     }
+    if (gap)
+      in_.warning(names,
+                  fmt::format("'{}' and '{}' overlap and differ there, by up to {:.3g} {} at "
+                              "({:.10g}, {:.10g}): the values of '{}' are taken, with a step where "
+                              "it ends",
+                              gap->below, gap->above, gap->difference, unit, gap->x.x(), gap->x.y(),
+                              gap->above),
+                  "do both mean heights above the same level? List the better one last, or cut the "
+                  "other one: gdalwarp -te XMIN YMIN XMAX YMAX");
     const auto points = static_cast<double>(part.points());
     need_memory(names, copies_of_heights * sizeof(float) * points,
                 fmt::format("a raster of {} points", format_count(part.points())));

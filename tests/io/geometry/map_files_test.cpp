@@ -11,6 +11,7 @@
 
 #include "physics/base/error.h"
 #include "tests/io/geometry/map_samples.h"
+#include "tests/within.h"
 
 namespace fs = std::filesystem;
 using namespace lahar;
@@ -72,7 +73,7 @@ TEST_CASE("an inclined plane is read exactly to the edges, from ASCII grids and 
     CAPTURE(file.name);
     const auto surface = read_surface({file}, {100, 200}, {120, 215}, 1);
     for (const Vec<3>& x : {Vec<3>(100, 200, 0), Vec<3>(120, 215, 0), Vec<3>(107, 211.3, 0)})
-      CHECK(surface.height(x) == doctest::Approx(plane(x.x(), x.y())).epsilon(1e-6));
+      CHECK(surface.height(x) == within(1e-6, plane(x.x(), x.y())));
     CHECK(std::isnan(surface.height({99.9, 205, 0})));
     CHECK(std::isnan(surface.height({110, 215.1, 0})));
   }
@@ -96,7 +97,7 @@ TEST_CASE("a part of a raster that is finer than needed has the means of its cel
       for (int k = 0; k < 4; ++k) mean += std::fmod(std::floor(y0 + k + 0.5), 4) / 4;
       // Cells around x lie at x - 1.5 to x + 1.5, and have the number of their left edge.
       CHECK(heights[static_cast<std::size_t>(j * part.columns + i)] ==
-            doctest::Approx(2 * (x - 0.5) + mean).epsilon(1e-6));
+            within(1e-6, 2 * (x - 0.5) + mean));
     }
   // Read row by row it is the same, bit for bit.
   std::vector<float> rows;
@@ -114,7 +115,7 @@ TEST_CASE("a coarse part reaches to the edges of a raster, whatever its number o
     const MapFile file = folder.write("dem.tif", geotiff(plane_grid(columns, 9, 0, 0, 1)));
     const auto surface = read_surface({file}, {0, 0}, {columns * 1.0, 9}, 4);
     for (const Vec<3>& x : {Vec<3>(0, 0, 0), Vec<3>(columns, 9, 0), Vec<3>(columns, 0, 0)})
-      CHECK(surface.height(x) == doctest::Approx(plane(x.x(), x.y())).epsilon(1e-6));
+      CHECK(surface.height(x) == within(1e-6, plane(x.x(), x.y())));
   }
 }
 
@@ -136,6 +137,31 @@ TEST_CASE("cells without data are not known, and do not count in means") {
   for (std::size_t i = 1; i < b.size(); ++i) CHECK(b[i] == 7);
 }
 
+TEST_CASE("a second value for unknown cells is refused where it is far from all others") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  const auto said = [&](double value, double declared, double finest, double others = 0.0) {
+    GridSample grid = plane_grid(8, 8, 100, 0, 1);
+    grid.height = [=](double x, double y) {
+      return x > 104 && x < 105 && y < 1 ? value : x < 101 ? unknown : plane(x, y) + others;
+    };
+    const MapFile file = folder.write("dem.asc", ascii_grid(grid, declared));
+    return complaint([&] { read_surface({file}, {100, 0}, {108, 8}, finest); });
+  };
+  for (const double finest : {1.0, 4.0}) {  // means of cells do not hide it
+    CHECK(said(-9999, -32768, finest)
+              .find("'dem.asc' has the value -9999 in 1 cells, the first at "
+                    "(104.5, 0.5), and else from 58.") == 0);
+    for (const double value : {-32768.0, -32767.0, -99999.0, -999.0, 9999.0, 1e20})
+      CHECK(said(value, -9999, finest).find("looks like a second value") != std::string::npos);
+  }
+  CHECK(said(-9999, -32768, 1).find("gdalwarp -srcnodata -9999 -dstnodata -32768") !=
+        std::string::npos);
+  CHECK(said(-9999, -9999, 1) == "accepted");          // the declared one
+  CHECK(said(-9999, -32768, 1, -9990) == "accepted");  // a depth among others
+  CHECK(said(-80, -9999, 1) == "accepted");
+}
+
 TEST_CASE("tiles are one raster, with unknown heights where none lies") {
   if (!has_gdal()) return;
   const Folder folder;
@@ -148,9 +174,44 @@ TEST_CASE("tiles are one raster, with unknown heights where none lies") {
   for (const double finest : {1.0, 2.0}) {
     const auto surface = read_surface(tiles, {0, 0}, {16, 16}, finest);
     for (const Vec<3>& x : {Vec<3>(1, 1, 0), Vec<3>(8, 3, 0), Vec<3>(7.6, 5, 0), Vec<3>(12, 12, 0)})
-      CHECK(surface.height(x) == doctest::Approx(plane(x.x(), x.y())).epsilon(1e-6));
+      CHECK(surface.height(x) == within(1e-6, plane(x.x(), x.y())));
     CHECK(std::isnan(surface.height({3, 12, 0})));
   }
+}
+
+TEST_CASE("tiles that differ where they overlap are found, with the place") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  const auto gap = [&](double step, double shift) {
+    GridSample east = plane_grid(8, 8, 6 + shift, 0, 1);
+    east.height = [=](double x, double y) {
+      return plane(x, y) + (x < 7 + shift && y > 3 && y < 4 ? step : 0);
+    };
+    return difference_of_tiles({folder.write("west.asc", ascii_grid(plane_grid(8, 8, 0, 0, 1))),
+                                folder.write("east.asc", ascii_grid(east))},
+                               {0, 0}, {14, 8}, true);
+  };
+  CHECK_FALSE(gap(0, 0));
+  CHECK_FALSE(gap(0.05, 0));
+  CHECK_FALSE(gap(0, 0.5));  // cells between those of the other
+  CHECK_FALSE(gap(5, 2));    // beside each other
+  const auto found = gap(-5, 0);
+  REQUIRE(found);
+  CHECK(found->difference == within(1e-5, 5));
+  CHECK(found->x.isApprox(Vec<2>(6.5, 3.5)));
+  CHECK(found->below == "west.asc");
+  CHECK(found->above == "east.asc");
+  CHECK(gap(5, 0.5));
+  // Where nobody looks, and where one of them knows nothing.
+  const MapFile west = folder.write("west.asc", ascii_grid(plane_grid(8, 8, 0, 0, 1)));
+  GridSample high = plane_grid(8, 8, 6, 0, 1);
+  high.height = [](double x, double y) { return plane(x, y) + 5; };
+  const MapFile east = folder.write("east.asc", ascii_grid(high));
+  CHECK(difference_of_tiles({west, east}, {0, 0}, {14, 8}, true));
+  CHECK_FALSE(difference_of_tiles({west, east}, {0, 0}, {5, 8}, true));
+  high.height = [](double x, double y) { return x < 8 ? unknown : plane(x, y) + 5; };
+  folder.write("east.asc", ascii_grid(high));
+  CHECK_FALSE(difference_of_tiles({west, east}, {0, 0}, {14, 8}, true));
 }
 
 TEST_CASE("rasters that are no heights of ground in metres are refused") {

@@ -226,3 +226,21 @@ TEST_CASE("maps outside of the mesh are warned of") {
   CHECK(says(said(R"({"min": [5002, 7002], "max": [5006, 7006]})"), lost));
   CHECK(says(said(R"({"min": [-9, 2], "max": [-1, 6]})"), lost));
 }
+
+TEST_CASE("tiles of the ground that differ where they overlap are warned of") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  const auto said = [&](double step) {
+    folder.write("west.asc", ascii_grid({6, 8, 0, 0, 1, [](double, double) { return 2.0; }}));
+    folder.write("bed.asc",
+                 ascii_grid({4, 8, 4, 0, 1, [&](double, double) { return 2.0 + step; }}));
+    std::string text = below_raster("{}");
+    const std::string one = R"("bed.asc")";
+    text.replace(text.find(one), one.size(), R"(["west.asc", "bed.asc"])");
+    return said_of(folder, text);
+  };
+  CHECK_FALSE(says(said(0), "overlap and differ"));
+  CHECK(says(said(0.5),
+             "'west.asc' and 'bed.asc' overlap and differ there, by up to 0.5 m at "
+             "(4.5, 0.5): the values of 'bed.asc' are taken"));
+}
