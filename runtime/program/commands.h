@@ -44,7 +44,9 @@ Action add_info(CLI::App& command);
 inline constexpr Command commands[] = {
     {"run", "Run a case", add_run},
     {"check", "Validate a case and print sizes and limits, without a run", add_check},
-    {"safety", "Find the factor of safety of a slope by strength reduction", add_safety},
+    {"safety",
+     "Find the factor of safety by strength reduction: of materials, rigid bodies, walls, contact",
+     add_safety},
     {"export", "Write particles as CSV, for ParaView or for CB-Geo MPM", add_export},
     {"compare", "Compare two outputs, field by field", add_compare},
     {"picture", "Draw a field of the particles as PNG or SVG, or a film of all frames",

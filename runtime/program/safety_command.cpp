@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "io/base/atomic_file.h"
 #include "io/run/run_folder.h"
@@ -136,7 +137,13 @@ int safety_command(const SafetyOptions& given) {
   Console console(voice_of(arguments));
   Scenario first = read(arguments, team, 0);
   const std::size_t last = first.stages.empty() ? 0 : first.stages.size() - 1;
-  const bool tests_rest = check_safety(last == 0 ? first : read(arguments, team, last));
+  const auto [tests_rest, strength] = [&] {
+    const Scenario later = last == 0 ? Scenario() : read(arguments, team, last);
+    const Scenario& of_trials = last == 0 ? first : later;
+    const bool tests = check_safety(of_trials, ranks);
+    return std::pair(tests,
+                     describe_strength(of_trials.model, strength_of(of_trials.model, ranks)));
+  }();
   const std::string name = first.stages.empty() ? "" : first.stages[last];
   const fs::path folder = arguments.output.empty()
                               ? outline_of(first.model).output.folder + "-safety"
@@ -154,6 +161,7 @@ int safety_command(const SafetyOptions& given) {
   if (!end) return exit_simulation;
   const SafetyTrials trials(
       arguments, [&] { return read(arguments, team, last); }, std::move(end));
+  console.line("\ndivided    " + strength);
   return unless_stopped(console, [&] { return look_for_factor(options, trials, folder, console); });
 }
 

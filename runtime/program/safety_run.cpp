@@ -1,11 +1,15 @@
 #include "runtime/program/safety_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "io/base/text.h"
 #include "physics/base/error.h"
+#include "physics/base/sort_unique.h"
 #include "physics/kernels/imbalance.h"
 #include "physics/materials/strength.h"
 #include "physics/particles/loads.h"
@@ -60,7 +64,7 @@ void take_explicit_steps(Model<Dim>& model) {
 
 template <int Dim>
 void make_trial(Model<Dim>& model, double factor, double end) {
-  for (Material& material : model.materials) reduce_strength(material.law, factor);
+  reduce_strength(model, factor);
   freeze_loads(model, end);
   if (is_implicit(model.analysis)) take_explicit_steps(model);
   model.changes.removed.clear();
@@ -145,7 +149,7 @@ const char* name_of(SafetyTrial::End end) {
   return "";
 }
 
-bool check_safety(const Scenario& scenario) {
+bool check_safety(const Scenario& scenario, const Communicator& ranks) {
   const ModelOutline model = outline_of(scenario.model);
   const Analysis& analysis = model.analysis;
   const auto refuse = [&](const char* where, std::string message, std::string hint) {
@@ -159,13 +163,43 @@ bool check_safety(const Scenario& scenario) {
            "take quasi-static steps (\"mpm_scheme\": \"newmark\", \"scheme_settings\": "
            "{\"quasi_static\": true}), or explicit ones with \"until\" and \"damping\"; of a "
            "scenario with stages in the last one");
-  const bool any =
-      std::any_of(model.materials.begin(), model.materials.end(),
-                  [](Material material) { return reduce_strength(material.law, 2.0); });
-  if (!any)
-    refuse("/materials", "no material has a strength that can be reduced",
-           "MohrCoulomb, DruckerPrager and VonMises have");
+  if (!strength_of(scenario.model, ranks).any())
+    refuse("/materials", "nothing has a strength that can be reduced",
+           "the materials MohrCoulomb, DruckerPrager and VonMises have one, and so have friction "
+           "and cohesion of rigid bodies, of walls, and of bodies in contact; \"rough\" has none");
   return !quasi_static;
+}
+
+StrengthOfModel strength_of(const AnyModel& model, const Communicator& ranks) {
+  StrengthOfModel has = std::visit([](const auto& own) { return strength_of(own); }, model);
+  has.walls = ranks.any(has.walls);
+  return has;
+}
+
+std::string describe_strength(const AnyModel& any, const StrengthOfModel& has) {
+  std::vector<std::string> parts;
+  const auto add_names = [&](const char* one, const char* several, std::vector<std::string> names) {
+    sort_unique(names);
+    if (!names.empty())
+      parts.push_back(
+          fmt::format("{}{}", names.size() == 1 ? one : several, fmt::join(names, ", ")));
+  };
+  const auto quoted = [](const std::string& name) { return fmt::format("'{}'", printable(name)); };
+  const auto add_owners = [&](const auto& model) {
+    std::vector<std::string> materials, bodies;
+    for (const Material& material : model.materials)
+      if (Law law = material.law; reduce_strength(law, 2.0))
+        materials.push_back(quoted(material.name));
+    for (const auto& body : model.rigid_bodies)
+      if (can_be_divided(body)) bodies.push_back(quoted(body.name));
+    add_names("material ", "materials ", std::move(materials));
+    add_names("friction and cohesion of rigid body ", "friction and cohesion of rigid bodies ",
+              std::move(bodies));
+  };
+  std::visit(add_owners, any);
+  if (has.walls) parts.emplace_back("friction of walls");
+  if (has.contact) parts.emplace_back("friction of bodies in contact");
+  return fmt::format("{}", fmt::join(parts, "; "));
 }
 
 const SafetyTrial* SafetyResult::failure() const {

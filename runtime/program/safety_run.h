@@ -1,5 +1,6 @@
 /// \file The factor of safety of a body at rest: by how much its strength may fall until it has no
-/// equilibrium any more (strength reduction; Zienkiewicz, Humpheson and Lewis 1975).
+/// equilibrium any more (strength reduction; Zienkiewicz, Humpheson and Lewis 1975). Strength is
+/// that of materials and that of what they touch (reduce_strength()).
 ///
 /// A trial divides the strength and lets the body move in explicit steps with local damping until
 /// it is at rest again, or has failed (FailureBounds). It has no system to solve, so it works where
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "io/run/checkpoint.h"
+#include "physics/model/model_strength.h"
 #include "runtime/program/failure_bounds.h"
 #include "runtime/program/run_arguments.h"
 
@@ -87,6 +89,13 @@ class SafetyTrials {
 
 /// Throws InputError where a scenario is not one whose factor of safety can be looked for. True:
 /// its run must come to rest by itself (Analysis::until); else each step is an equilibrium.
-bool check_safety(const Scenario& scenario);
+/// Collective.
+bool check_safety(const Scenario& scenario, const Communicator& ranks);
+
+/// What trials divide. Each rank knows walls of its own nodes alone: collective.
+StrengthOfModel strength_of(const AnyModel& model, const Communicator& ranks);
+
+/// The same in words, with the names of materials and rigid bodies.
+std::string describe_strength(const AnyModel& model, const StrengthOfModel& has);
 
 }  // namespace lahar

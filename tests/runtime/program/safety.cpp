@@ -1,4 +1,5 @@
-// The search for a factor of safety, the strength that it divides, and when a body has failed.
+// The search for a factor of safety, the strength that it divides (of materials and of what they
+// touch), and when a body has failed.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -6,6 +7,7 @@
 #include <numbers>
 
 #include "physics/materials/strength.h"
+#include "physics/model/model_strength.h"
 #include "runtime/program/failure_bounds.h"
 #include "runtime/program/safety_run.h"
 
@@ -119,4 +121,51 @@ TEST_CASE("strength is divided by a factor, tan(phi) and not phi") {
   CHECK(std::get<VonMises>(metal).yield_stress == 2);
   Law elastic = LinearElastic{};
   CHECK_FALSE(reduce_strength(elastic, 2.0));
+}
+
+TEST_CASE("friction and cohesion of rigid bodies, walls and bodies in contact are divided, too") {
+  constexpr double rough = std::numeric_limits<double>::infinity();
+  const Communicator alone;
+  Model<2> model;
+  model.materials = {elastic(1e7)};
+  CHECK_FALSE(strength_of(AnyModel(model), alone).any());
+  model.rigid_bodies.resize(3);
+  model.rigid_bodies[0].name = "bed";
+  model.rigid_bodies[0].friction = 0.6;
+  model.rigid_bodies[1].name = "glue";
+  model.rigid_bodies[1].cohesion = 3000;
+  model.rigid_bodies[2].name = "rock";
+  model.rigid_bodies[2].friction = rough;
+  entries_of<NodeFriction>(model) = {{.node = 0, .normal = 1, .outward = -1, .friction = 0.3},
+                                     {.node = 1, .normal = 1, .outward = -1, .friction = rough}};
+  model.analysis.contact = {.bodies = 2, .friction = 0.9};
+  const StrengthOfModel divided = reduce_strength(model, 1.5);
+  CHECK_FALSE(divided.materials);
+  CHECK(divided.rigid_bodies);
+  CHECK(divided.walls);
+  CHECK(divided.contact);
+  CHECK(model.rigid_bodies[0].friction == doctest::Approx(0.4));
+  CHECK(model.rigid_bodies[1].cohesion == doctest::Approx(2000));
+  CHECK(model.rigid_bodies[2].friction == rough);
+  CHECK(entries_of<NodeFriction>(model)[0].friction == doctest::Approx(0.2));
+  CHECK(entries_of<NodeFriction>(model)[1].friction == rough);
+  CHECK(model.analysis.contact.friction == doctest::Approx(0.6));
+  model.materials[0].name = "steel";
+  model.materials.push_back(elastic(1e7));
+  model.materials[1].name = "clay";
+  model.materials[1].law = VonMises{.youngs_modulus = 1, .poisson_ratio = 0, .yield_stress = 6};
+  CHECK(describe_strength(AnyModel(model), strength_of(AnyModel(model), alone)) ==
+        "material 'clay'; friction and cohesion of rigid bodies 'bed', 'glue'; friction of walls; "
+        "friction of bodies in contact");
+}
+
+TEST_CASE("what is rough everywhere, or of no body in contact, has no friction to divide") {
+  constexpr double rough = std::numeric_limits<double>::infinity();
+  Model<3> model;
+  model.materials = {elastic(1e7)};
+  model.rigid_bodies.resize(1);
+  model.rigid_bodies[0].friction = rough;
+  entries_of<NodeFriction>(model) = {{.node = 0, .normal = 2, .outward = -1, .friction = rough}};
+  model.analysis.contact = {.bodies = 1, .friction = 0.5};
+  CHECK_FALSE(reduce_strength(model, 2.0).any());
 }

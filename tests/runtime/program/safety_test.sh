@@ -84,6 +84,21 @@ timeout -k 5 240 "$lahar" safety "$work/wet.json" --most 2 --tolerance 0.5 -t 1 
   >"$work/out" 2>&1 || fail "wet ground"
 grep -q "the factor of safety is above 2" "$work/out" || fail "wet ground at rest fails"
 
+# What a rigid slope does to a strong block is divided as well: 0.6 / tan(20) = 1.648.
+block="$here/../../verification/safety/block-on-slope.json"
+block_with() {
+  timeout -k 5 240 "$lahar" safety "$block" --tolerance 0.02 -t 1 "$@" >"$work/out" 2>&1
+}
+block_with -o "$work/block" || fail "a block on a slope"
+grep -q "divided    material 'block'; friction and cohesion of rigid body 'slope'" "$work/out" ||
+  fail "it does not say what is divided"
+grep -q "factor of safety 1\.6[1-9]" "$work/out" || fail "the factor of a block on a slope"
+elastic='{"name": "block", "type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+          "poisson_ratio": 0.2}'
+block_with -o "$work/rough" --set "/materials/0=$elastic" --set '/rigid_bodies/0/friction="rough"' &&
+  fail "nothing to divide is accepted"
+grep -q "nothing has a strength that can be reduced" "$work/out" || fail "rough has a strength"
+
 safety few --set analysis.scheme_settings.quasi_static=false && fail "steps with inertia are taken"
 grep -q "the factor of safety is looked for from an equilibrium" "$work/out" ||
   fail "it does not say that there is no equilibrium"

@@ -44,6 +44,8 @@ factor slope "$here/../../../examples/slope-safety.json" 1.372 1.428
 # no factor is above 1.368, whatever the dilation.
 factor slope-fine "$here/../../../examples/slope-safety.json" 1.353 1.407 \
   --set mesh.structured.cell_size=0.5
+# 0.6 / tan(20) = 1.648, and 2 %: the friction of a rigid slope alone.
+factor block-on-slope "$here/block-on-slope.json" 1.615 1.681
 # 3.77 to 3.83 c / gamma: 1.414 to 1.436, and 3 %.
 factor vertical-cut "$here/vertical-cut.json" 1.372 1.479 --set mesh.structured.cell_size=0.125
 exit "$bad"
