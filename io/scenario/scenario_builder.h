@@ -276,6 +276,7 @@ class ScenarioBuilder {
   // scenario_injection.cpp
   std::optional<std::vector<Index>> cells_of(const JsonValue& generator);
   void build_injection(const JsonValue& generator);
+  void share_inflow(const JsonValue& generator, const Mesh<Dim>& mesh, Injection<Dim>& injection);
   // scenario_resume.cpp
   void build_resume();
   std::vector<std::filesystem::path> find_resume_files(const JsonValue& resume,
@@ -433,6 +434,8 @@ class ScenarioBuilder {
   void warn_of_distant_gauges();
   void warn_of_open_sides();
   void warn_of_distant_bodies();
+  void warn_of_fast_bodies();
+  void warn_of_idle_gauges();
   void warn_of_no_load();
   // scenario_doubts_maps.cpp
   std::string mesh_extent(int axes) const;  ///< where the mesh lies along its first axes, as text
@@ -454,6 +457,7 @@ class ScenarioBuilder {
   // scenario_doubts_loads.cpp
   void warn_of_lost_loads();
   void warn_of_forces_on_nothing();
+  double first_step();  ///< [s] as the run takes it; collective
   void warn_of_pushing_nodes();
   void warn_of_free_inflow();
   // scenario_doubts_volumes.cpp
@@ -471,6 +475,8 @@ class ScenarioBuilder {
   void warn_of_softening();
   void warn_of_thin_layers();
   void warn_of_stiffness_contrast();
+  // scenario_doubts_thin.cpp
+  void warn_of_thin_bodies();
   // scenario_doubts_places.cpp
   std::vector<Vec<Dim>> places_of(const std::vector<Index>& nodes) const;  ///< collective
   Vec<Dim> outer_cell() const;  ///< [m] edges of a cell, or of the boxes around them in the mean

@@ -62,6 +62,9 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_small_gauges();
   warn_of_open_sides();
   warn_of_distant_bodies();
+  warn_of_fast_bodies();
+  warn_of_thin_bodies();
+  warn_of_idle_gauges();
   warn_of_fine_maps();
   warn_of_distant_maps();
   warn_of_short_terrain();

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/sort_unique.h"
 #include "physics/materials/law.h"
 
 namespace lahar {
@@ -249,6 +251,27 @@ void ScenarioBuilder<Dim>::warn_of_distant_gauges() {
   }
 }
 
+namespace {
+
+/// Whether a body outside of the mesh may come into it by its own velocity, or by gravity.
+template <int Dim>
+bool may_come(const RigidBody<Dim>& body, const Vec<Dim>& gravity,
+              const std::pair<Vec<Dim>, Vec<Dim>>& mesh) {
+  using Motion = typename RigidBody<Dim>::Motion;
+  if (body.motion == Motion::fixed) return false;
+  if (body.motion == Motion::prescribed && (body.function >= 0 || !body.spin.isZero(0)))
+    return true;  // by a way that is not straight
+  const auto [low, high] = body.solid->bounds();
+  for (int d = 0; d < Dim; ++d) {
+    const double side = low[d] > mesh.second[d] ? 1 : high[d] < mesh.first[d] ? -1 : 0;
+    const double pull = body.motion == Motion::free && body.held[d] == 0 ? gravity[d] : 0.0;
+    if (side * body.velocity[d] >= 0 && side * pull >= 0 && side != 0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 // A body touches particles, and these are in the mesh.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
@@ -259,12 +282,80 @@ void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
     const auto [low, high] = bodies[k].solid->bounds();
     const bool apart =
         (low.array() > mesh.second.array()).any() || (high.array() < mesh.first.array()).any();
-    if (!apart || bodies[k].motion != RigidBody<Dim>::Motion::fixed) continue;
+    const bool moves = bodies[k].motion != RigidBody<Dim>::Motion::fixed;
+    if (!apart || may_come<Dim>(bodies[k], model_.gravity, mesh)) continue;
+    if (moves && !in_.stage.empty()) continue;  // it is where the stage before brought it
     in_.warning(
         *entries[k],
-        fmt::format("the rigid body '{}' lies outside of the mesh, where it touches nothing",
-                    bodies[k].name),
+        fmt::format("the rigid body '{}' lies outside of the mesh, where it touches nothing{}",
+                    bodies[k].name,
+                    moves ? ", and neither its velocity nor gravity brings it in" : ""),
         mesh_extent(Dim));
+  }
+}
+
+// A body that passes more than a particle in a step pushes it out of its middle, or jumps over it.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_fast_bodies() {
+  constexpr double most = 0.5;  // cells in a step: the distance of particles
+  if (model_.rigid_bodies.empty() || is_implicit(model_.analysis) || rows_.total() == 0) return;
+  const auto entries = get_list(root_, "rigid_bodies");
+  const double dt = first_step(), cell = outer_cell().minCoeff();
+  if (!std::isfinite(dt)) return;
+  for (std::size_t k = 0; k < std::min(entries.size(), model_.rigid_bodies.size()); ++k) {
+    const RigidBody<Dim>& body = model_.rigid_bodies[k];
+    if (body.motion == RigidBody<Dim>::Motion::fixed) continue;
+    double factor = 1;
+    if (body.function >= 0) {
+      const MathFunction& f = model_.functions[static_cast<std::size_t>(body.function)];
+      factor = f.kind == MathFunction::Kind::sine ? 1 : 0;
+      for (const double value : f.f) factor = std::max(factor, std::abs(value));
+    }
+    const auto [low, high] = body.solid->bounds();
+    double arm = 0;  // of its farthest corner from the centre
+    if (!body.spin.isZero(0) && low.allFinite() && high.allFinite())
+      arm = (high - body.centre).cwiseAbs().cwiseMax((low - body.centre).cwiseAbs()).norm();
+    const double speed = factor * (body.velocity.norm() + body.spin.norm() * arm);
+    if (!(speed * dt > most * cell)) continue;
+    const JsonValue* velocity = entries[k]->find("velocity");
+    in_.warning(velocity ? *velocity : *entries[k],
+                fmt::format("the rigid body '{}' moves at up to {:.4g} m/s, by {:.2g} cells in a "
+                            "step of {:.3g} s: it jumps over particles, and pushes others out of "
+                            "its middle. No limit of the step takes the speed of bodies",
+                            body.name, speed, speed * dt / cell, dt),
+                fmt::format("is it in m/s? Else take steps of at most {:.2g} s: \"dt\" in analysis "
+                            "bounds adaptive ones, too",
+                            most * cell / speed));
+  }
+}
+
+// What nobody holds bears no force.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_idle_gauges() {
+  const auto entries = get_list(section("post_processing"), "gauges");
+  const auto& gauges = model_.output.measured.gauges;
+  const auto is_force = [](const Gauge& gauge) {
+    return gauge.kind == Gauge::Kind::force && gauge.body < 0;
+  };
+  if (in_.cbgeo_defaults || std::none_of(gauges.begin(), gauges.end(), is_force)) return;
+  std::vector<Index> held;
+  for_each_condition([&]<class T>() {
+    if constexpr (!std::is_same_v<T, NodeForce> && !std::is_same_v<T, NodePressure>)
+      for (const T& entry : entries_of<T>(model_)) held.push_back(entry.node);
+  });
+  sort_unique(held);
+  for (std::size_t k = 0; k < std::min(entries.size(), gauges.size()); ++k) {
+    if (!is_force(gauges[k])) continue;
+    const bool any = std::any_of(gauges[k].ids.begin(), gauges[k].ids.end(), [&](Index node) {
+      return std::binary_search(held.begin(), held.end(), node);
+    });
+    if (team_.any(any)) continue;
+    const JsonValue* set = entries[k]->find("nset");
+    in_.warning(
+        set ? *set : *entries[k],
+        fmt::format("nothing holds a node of the gauge '{}': its force stays zero", gauges[k].name),
+        "a gauge of forces measures what material presses on nodes with a constraint or a "
+        "wall; 'plane' and 'points' measure inside of the material");
   }
 }
 

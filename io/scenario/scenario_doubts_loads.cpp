@@ -12,6 +12,7 @@
 #include "io/scenario/scenario_builder.h"
 #include "physics/base/directory_rank.h"
 #include "physics/base/sort_unique.h"
+#include "physics/materials/law.h"
 
 namespace lahar {
 
@@ -151,45 +152,78 @@ void ScenarioBuilder<Dim>::warn_of_forces_on_nothing() {
               "particle_surface_traction");
 }
 
+// As time_step_limit() of the run, but for the drag of a liquid in pores and its own velocity.
+template <int Dim>
+double ScenarioBuilder<Dim>::first_step() {
+  const Analysis& a = model_.analysis;
+  if (!a.step.adaptive || is_implicit(a)) return a.step.dt;
+  std::vector<double> waves, diffusion;  // by material [m/s], [m^2/s]
+  for (const Material& material : model_.materials) {
+    const bool skeleton = material.liquid.has_value();
+    waves.push_back(!is_projection(a) ? wave_speed(material)
+                    : skeleton        ? std::sqrt(wave_modulus(material.law) / material.density)
+                                      : 0.0);
+    diffusion.push_back(2.0 * Dim * viscosity(material.law) / material.density);
+  }
+  const auto& p = model_.particles;
+  const auto mesh = mesh_with(p.cell);
+  double most = 0;  // [1/s]
+  for (std::size_t i = 0; i < p.x.size(); ++i) {
+    const std::uint16_t m = p.material[i];
+    const double h = mesh->cell_size(p.cell[i]),
+                 speed = p.velocity.empty() ? 0.0 : p.velocity[i].norm();
+    most = std::max({most, (waves[m] + speed) / h, diffusion[m] / (h * h)});
+  }
+  return std::min(a.step.dt, a.step.safety / team_.most({most}).front());
+}
+
 // Nodes stay where they are. Material that they push leaves them, and then it is pushed no more.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_pushing_nodes() {
   constexpr double reach = 0.5;  // of a cell, which nodes push in full
   constexpr double most = 0.5;   // of an entry's nodes in material; others have it behind them, too
   const Analysis& a = model_.analysis;
-  const double by_steps = static_cast<double>(a.nsteps) * a.step.dt;
-  const double end = std::min(a.end_time, by_steps);
   if (in_.cbgeo_defaults || !in_.stage.empty() || !model_.injections.empty() ||
-      !std::isfinite(end) || team_.any(!model_.node_frames.empty()))
+      team_.any(!model_.node_frames.empty()))
     return;
   struct Moved {
     const JsonValue* entry;
     int dir;
-    std::array<double, 2> ways;  ///< travels()
+    double by;  ///< [m/s], or [m] in each step
+    bool in_steps;
+    const MathFunction* factor;  ///< null = 1
     const std::vector<Index>* nodes;
   };
   std::vector<Moved> all_moved;
-  const auto add = [&](const JsonValue& entry, double velocity) {
+  const auto add = [&](const JsonValue& entry, double by, bool in_steps) {
     const auto dir = get_direction(entry, "dir");
     const JsonValue* set = in_.either(entry, "nset_id", "nset");
-    if (!dir || *dir >= Dim || !set || velocity == 0 || get_text(entry, "phase") == "liquid")
-      return;
+    if (!dir || *dir >= Dim || !set || by == 0 || get_text(entry, "phase") == "liquid") return;
     if (set->is_number() && set->number() == -1) return;  // all nodes move a body as a whole
     const int function = find_function(entry);
     const auto* factor =
         function >= 0 ? &model_.functions[static_cast<std::size_t>(function)] : nullptr;
     if (const auto* nodes = sets_.nodes.find(*set, in_))
-      all_moved.push_back({&entry, *dir, travels(velocity, factor, end), nodes});
+      all_moved.push_back({&entry, *dir, by, in_steps, factor, nodes});
   };
   for (const JsonValue* entry : get_list(boundary(), NodeVelocity::key))
-    add(*entry, get_number(*entry, "velocity").value_or(0));
-  for (const JsonValue* entry : get_list(boundary(), NodeDisplacement::key))  // in each step
-    add(*entry, get_number(*entry, "displacement").value_or(0) / a.step.dt);
+    add(*entry, get_number(*entry, "velocity").value_or(0), false);
+  for (const JsonValue* entry : get_list(boundary(), NodeDisplacement::key))
+    add(*entry, get_number(*entry, "displacement").value_or(0), true);
   if (all_moved.empty()) return;
+  // How long adaptive steps will be is not known: all as long as the first.
+  const double step = first_step(), by_steps = static_cast<double>(a.nsteps) * step,
+               end = std::min(a.end_time, by_steps);
+  if (!std::isfinite(end)) return;
+  const std::string guess =
+      a.step.adaptive && by_steps < a.end_time
+          ? fmt::format(" in {} steps as long as the first, {:.3g} s", a.nsteps, step)
+          : "";
   std::vector<Index> cells = model_.particles.cell;
   sort_unique(cells);
   const auto mesh = mesh_with(cells);
-  for (const auto& [entry, dir, ways, own] : all_moved) {
+  for (const auto& [entry, dir, by, in_steps, factor, own] : all_moved) {
+    const auto ways = travels(in_steps ? by / step : by, factor, end);
     std::vector<Index> nodes = joined(team_.gather(*own));
     sort_unique(nodes);
     // By node: the length of cells with particles above and below it along the axis, and minus its
@@ -233,11 +267,11 @@ void ScenarioBuilder<Dim>::warn_of_pushing_nodes() {
       in_.warning(
           *entry,
           fmt::format(
-              "{} node{} at {} = {:g}{} push material by {:.3g} m, {:.3g} cells: nodes stay "
+              "{} node{} at {} = {:g}{} push material by {:.3g} m, {:.3g} cells{}: nodes stay "
               "where they are, and material that has left them is pushed no more",
               pushing, pushing == 1 ? "" : "s", "xyz"[dir], low,
               low < high ? fmt::format(" to {:g}", high) : std::string(), ways[ahead],
-              ways[ahead] / length),
+              ways[ahead] / length, guess),
           std::string("push with a plate in 'rigid_bodies', which moves") +
               (is_implicit(a) ? ""
                               : ", or prescribe velocities of the particles at this end "
@@ -259,33 +293,44 @@ void ScenarioBuilder<Dim>::warn_of_free_inflow() {
     if (source == model_.injections.end()) return;
     const Injection<Dim>& injection = *source++;
     if (injection.flow == 0) continue;
-    Eigen::Index axis = 0;
-    injection.velocity.cwiseAbs().maxCoeff(&axis);
     std::vector<Index> nodes;
     const auto mesh = mesh_with(injection.cells);
     for (const Index cell : injection.cells)
       for (const Index node : mesh->element_nodes(cell)) nodes.push_back(node);
     sort_unique(nodes);
-    const auto known = ask<char>(
-        team_, nodes, [&](Index node) { return directory_rank(node, team_.size()); },
-        [&](Index node) {
-          const auto at = std::lower_bound(
-              held.begin(), held.end(), std::pair(node, static_cast<int>(axis)),
-              [](const NodeVelocity& one, const auto& key) { return place_of(one) < key; });
-          return static_cast<char>(at != held.end() && at->node == node && at->dir == axis &&
-                                   at->velocity != 0);
-        });
-    const Index prescribed =
-        team_.sum(static_cast<Index>(std::count(known.begin(), known.end(), char{1})));
     const Index all = team_.sum(static_cast<Index>(nodes.size()));
-    if (static_cast<double>(prescribed) >= most * static_cast<double>(all)) continue;
+    std::string free, entries;  // axes along which the velocity is not held
+    bool holds_some = false;
+    for (int axis = 0; axis < Dim; ++axis) {
+      if (injection.velocity[axis] == 0) continue;
+      const auto known = ask<char>(
+          team_, nodes, [&](Index node) { return directory_rank(node, team_.size()); },
+          [&](Index node) {
+            const auto at = std::lower_bound(
+                held.begin(), held.end(), std::pair(node, axis),
+                [](const NodeVelocity& one, const auto& key) { return place_of(one) < key; });
+            return static_cast<char>(at != held.end() && at->node == node && at->dir == axis &&
+                                     at->velocity != 0);
+          });
+      const Index prescribed =
+          team_.sum(static_cast<Index>(std::count(known.begin(), known.end(), char{1})));
+      if (static_cast<double>(prescribed) >= most * static_cast<double>(all)) {
+        holds_some = true;
+        continue;
+      }
+      free += fmt::format("{}{}", free.empty() ? "" : " and ", "xyz"[axis]);
+      entries +=
+          fmt::format("{}\"dir\": \"{}\", \"velocity\": {:g}", entries.empty() ? "" : ", and with ",
+                      "xyz"[axis], injection.velocity[axis]);
+    }
+    if (free.empty()) continue;
     in_.warning(*generator,
-                "nothing holds the velocity in the cells of this inflow: weight, and what lies "
-                "before it, change it, and with it how much comes in",
+                fmt::format("nothing holds the velocity{} in the cells of this inflow: weight, and "
+                            "what lies before it, change it, and with it how much comes in",
+                            holds_some ? " along " + free : std::string()),
                 fmt::format("prescribe it at the nodes of these cells, too: velocity_constraints "
-                            "with \"dir\": \"{}\", \"velocity\": {:g}, for a set that has a box "
-                            "around them",
-                            "xyz"[axis], injection.velocity[axis]));
+                            "with {}, for a set that has a box around them",
+                            entries));
   }
 }
 

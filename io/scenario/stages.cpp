@@ -223,7 +223,7 @@ std::vector<std::string> take_stage(ScenarioInput& in, std::size_t stage) {
     in.assigns_later |= all[k].find("place") || all[k].find("change_material");
   for (const JsonValue& one : all) {
     const std::vector<std::string> reset = get_texts(one, "reset");
-    in.keeps_strains |= one.find("materials") || one.find("change_material") ||
+    in.keeps_strains |= one.find("materials") || one.find("change_material") || one.find("place") ||
                         std::find(reset.begin(), reset.end(), "strain") != reset.end();
   }
   if (stage > 0) in.stage = names[stage];

@@ -27,7 +27,8 @@ struct StageChanges {
   std::vector<ParticleGroup<Dim>> removed;
   std::vector<Material> materials;
   bool reset_displacements = false, reset_strains = false;
-  /// Some stage resets strains, or changes parameters: they do not follow from stresses in any.
+  /// Some stage resets strains, changes parameters, or places particles, which may be of another
+  /// law: strains do not follow from stresses in any.
   bool keeps_strains = false;
   /// Materials that this stage or one before gave to particles.
   std::vector<std::uint16_t> given = {};

@@ -338,6 +338,9 @@ void PatchSet<Dim>::restore(Model<Dim>& model, const SimulationState& state, int
   if (use == StateUse::other_run) {
     give_loads<Dim>(patches_, loads, ranks_);
     if (model.changes.any()) changed_ = change_particles<Dim>(patches_, model, ranks_);
+    changed_.lost_strains = layout_.has(Column::strain) && !model.changes.reset_strains &&
+                            state.run.particles > 0 &&
+                            !has_column(state.run.columns, Column::strain);
     place_rows(model, threads);
   }
   rebuild();

@@ -1,5 +1,7 @@
 /// \file Particles that come into a set of patches that exists, at the beginning of a stage.
 #include <algorithm>
+#include <array>
+#include <map>
 
 #include "physics/base/error.h"
 #include "physics/base/nodal_limits.h"
@@ -8,6 +10,59 @@
 #include "runtime/patches/stage_changes.h"
 
 namespace lahar {
+
+namespace {
+
+/// Cells of a patch in which particles are placed beside others, so that they hold too much. One
+/// particle of four that has moved across the border of a cell, as beside a pit, is not too much.
+template <int Dim>
+void add_occupied(const Patch<Dim>& there, const Patch<Dim>& placed, const Model<Dim>& model,
+                  OccupiedCells& found) {
+  constexpr double most = 1.4;  // of the cell's volume
+  struct Content {
+    double before = 0, placed = 0;  // [m^3]
+    Index particles = 0;
+    std::array<double, 3> place{};
+  };
+  std::map<Index, Content> cells;
+  const auto for_each = [&](const Patch<Dim>& patch, auto&& visit) {
+    for (const ParticleBin& bin : patch.bins)
+      for (Local p = bin.begin; p < bin.end; ++p)
+        visit(patch.topology.cells[static_cast<std::size_t>(bin.cell)], p,
+              patch.particles.row(Column::volume)[p] /
+                  depth_at(model.analysis, patch.particles.row(Column::x, 0)[p]));
+  };
+  for_each(placed, [&](Index cell, Local p, double volume) {
+    Content& content = cells[cell];
+    content.placed += volume;
+    ++content.particles;
+    for (int d = 0; d < Dim; ++d)
+      content.place[static_cast<std::size_t>(d)] = placed.particles.row(Column::x, d)[p];
+  });
+  for_each(there, [&](Index cell, Local, double volume) {
+    if (const auto at = cells.find(cell); at != cells.end()) at->second.before += volume;
+  });
+  for (const auto& [cell, content] : cells) {
+    const double ratio = (content.before + content.placed) / model.mesh->cell_volume(cell);
+    if (content.before == 0 || !(ratio > most)) continue;
+    ++found.cells;
+    found.particles += content.particles;
+    if (ratio > found.most) found.most = ratio, found.place = content.place;
+  }
+}
+
+/// Those of all ranks.
+OccupiedCells sum_up(const OccupiedCells& own, const Communicator& ranks) {
+  OccupiedCells all;
+  for (const OccupiedCells& one : ranks.gather_all(std::span<const OccupiedCells>(&own, 1))) {
+    all.cells += one.cells;
+    all.particles += one.particles;
+    if (one.most > all.most) all.most = one.most, all.place = one.place;
+  }
+  return all;
+}
+
+}  // namespace
 
 template <int Dim>
 void PatchSet<Dim>::place_rows(Model<Dim>& model, int threads) {
@@ -46,8 +101,10 @@ void PatchSet<Dim>::place_rows(Model<Dim>& model, int threads) {
     const auto own =
         std::lower_bound(patches_.begin(), patches_.end(), from->topology.patch,
                          [](const auto& patch, Index id) { return patch->topology.patch < id; });
+    add_occupied(**own, *from, *model_, changed_.occupied);
     add_particles(**own, *from);
   }
+  changed_.occupied = sum_up(changed_.occupied, ranks_);
   changed_.placed = sum_up(tallies, 1, ranks_).front();
 }
 

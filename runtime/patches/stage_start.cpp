@@ -66,6 +66,10 @@ void fill_row(const std::byte* rows, const StoredRows& stored, Column column, in
 
 }  // namespace
 
+bool has_column(const std::string& columns, Column column) {
+  return StoredRows(columns).row(column, 0) >= 0;
+}
+
 template <int Dim>
 std::vector<std::byte> state_for(StateUse use, std::vector<std::byte> state,
                                  const std::string& columns, const ColumnLayout<Dim>& layout) {

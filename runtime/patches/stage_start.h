@@ -24,6 +24,9 @@ template <int Dim>
 std::vector<std::byte> state_for(StateUse use, std::vector<std::byte> state,
                                  const std::string& columns, const ColumnLayout<Dim>& layout);
 
+/// Whether particles with these columns (column_text()) have one of them.
+bool has_column(const std::string& columns, Column column);
+
 /// The loads of a particle, as Particles::loads, and its edges, as ParticleTable::edges.
 struct ParticleLoads {
   Index id;

@@ -104,6 +104,8 @@ int CaseRun::execute() {
       describe_changes(info.changed, outline_.materials, outline_.new_materials);
   for (const std::string& line : changes) console_.line("changed    " + line);
   warn_of_empty_groups(info.changed);
+  warn_of_lost_strains(info.changed);
+  warn_of_occupied_cells(info.changed.occupied);
   if (!info.changed.removed.empty() && info.particles == 0)
     warn("the stage removes all particles: nothing is left that could move");
 
@@ -307,6 +309,28 @@ void CaseRun::warn_of_empty_groups(const ChangedParticles& changed) {
   };
   look(changed.removed, "remove");
   look(changed.materials, "change_material");
+}
+
+void CaseRun::warn_of_lost_strains(const ChangedParticles& changed) {
+  if (!changed.lost_strains) return;
+  warn(
+      fmt::format("stage {}: strains begin at zero. The stage before has stored none: they follow "
+                  "from stresses as long as no stage changes materials, places particles or resets "
+                  "strains. Strains in frames, gauges and pictures are those since then; stresses "
+                  "are right. To have all strains, run all stages again with --overwrite.",
+                  stage_.name));
+}
+
+void CaseRun::warn_of_occupied_cells(const OccupiedCells& occupied) {
+  if (occupied.cells == 0) return;
+  const auto x = std::span(occupied.place).first(static_cast<std::size_t>(outline_.dim));
+  warn(fmt::format(
+      "stage {}: 'place' puts {} particles where others are: {} cells hold both, of up to {:.3g} "
+      "times the cell's volume, at ({:.6g}). Material is there twice. Take what is there out of "
+      "the region with \"difference\", or out of the model with 'remove' of this stage, which "
+      "comes first.",
+      stage_.name, format_count(occupied.particles), format_count(occupied.cells), occupied.most,
+      fmt::join(x, ", ")));
 }
 
 void CaseRun::describe_staging(const SimulationInfo& info) {

@@ -84,6 +84,8 @@ class CaseRun {
 
   void warn_of_unstable_step(const SimulationInfo& info);
   void warn_of_empty_groups(const ChangedParticles& changed);
+  void warn_of_lost_strains(const ChangedParticles& changed);
+  void warn_of_occupied_cells(const OccupiedCells& occupied);
   void warn_of_curved_cells(const Simulation& simulation);
   /// What steps wait for, because there is no memory for a copy.
   void describe_staging(const SimulationInfo& info);

@@ -204,16 +204,20 @@ void CaseRun::warn_of_balance(const HistoryRow& row, const SimulationInfo& info)
   if (info.energy_scale == 0.0 || row.mass != info.mass_at_start) return;
   const double put_in = std::max(info.energy_scale, row.external);
   if (!(std::abs(row.balance) > much * put_in)) return;
+  const Analysis& analysis = outline_.analysis;
+  const std::string help =
+      row.balance > 0.0 && is_made_at_surface(analysis)
+          ? std::string(help_at_surface)
+          : fmt::format("Compare with half the time step and half the cell{}.",
+                        analysis.scheme == Scheme::usl || analysis.scheme == Scheme::usf
+                            ? ", and with \"mpm_scheme\": \"musl\""
+                            : "");
   warn(fmt::format(
       "the energy does not close: {:.3g} J {}, {:.2g} times the {:.3g} J that were put in "
-      "('balance' of history.csv). Do not trust the results. Compare with half the time step and "
-      "half the cell{}.",
+      "('balance' of history.csv). Do not trust the results. {}",
       std::abs(row.balance),
       row.balance > 0.0 ? "came out of nothing" : "were lost without a trace",
-      std::abs(row.balance) / put_in, put_in,
-      outline_.analysis.scheme == Scheme::usl || outline_.analysis.scheme == Scheme::usf
-          ? ", and with \"mpm_scheme\": \"musl\""
-          : ""));
+      std::abs(row.balance) / put_in, put_in, help));
 }
 
 void CaseRun::warn_of_injection(const SimulationInfo& info) {

@@ -64,6 +64,10 @@ std::string advice(WatchdogAlarm::Kind kind, const Model<Dim>& model) {
   if (kind == WatchdogAlarm::Kind::volume)
     return "Likely causes: material that is too soft for its loads (are moduli in Pa?), or an "
            "unstable computation.";
+  if (is_made_at_surface(a))
+    return fmt::format(
+        "Likely cause: the free surface. {} Check material parameters and loads, too.",
+        help_at_surface);
   std::string text = "Likely cause: the computation is unstable.";
   if (a.affine != Affine::none && a.functions == ShapeFunctions::element)
     text += fmt::format(
@@ -80,6 +84,10 @@ std::string advice(WatchdogAlarm::Kind kind, const Model<Dim>& model) {
 }
 
 }  // namespace
+
+bool is_made_at_surface(const Analysis& analysis) {
+  return is_projection(analysis) && !analysis.two_phase && analysis.projection.free_surface;
+}
 
 template <int Dim>
 SpeedScales speed_scales(const Model<Dim>& model, const Communicator& ranks) {

@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "graph/stage.h"
 #include "io/run/checkpoint_header.h"
@@ -92,6 +93,15 @@ struct WatchedParticle {
 template <int Dim>
 WatchedParticle watched_particle(WatchdogAlarm::Kind kind, const Patch<Dim>& patch,
                                  const Model<Dim>& model);
+
+/// Whether a free surface that moves makes energy in each step, as cells become filled or empty for
+/// the pressure: the more, the shorter steps are.
+bool is_made_at_surface(const Analysis& analysis);
+/// What helps there, as sentences.
+inline constexpr std::string_view help_at_surface =
+    "In a projection, a free surface that moves makes some energy and volume in each step, so that "
+    "shorter steps make it worse. Take half the cell with the same step, longer steps, "
+    "\"per_cell\": 3, or explicit steps (no \"mpm_scheme\"), whose energy closes.";
 
 /// The message that ends a run: what is wrong, where, why most likely, and what to do. `at`: the
 /// step after which the particle that `where` describes was looked for.

@@ -119,3 +119,19 @@ cat >gone.json <<'END'
 END
 "$lahar" run gone.json --quiet --threads 1 --output gone >gone.txt 2>&1 || fail "$(cat gone.txt)"
 grep -q "the stage removes all particles" gone.txt gone/gone/log.txt || fail "$(cat gone.txt)"
+
+# A stage that is added when the ones before have run, and changes a material, says what it lacks.
+"$lahar" run gone.json --quiet --threads 1 --checkpoint-steps 1 --output later \
+  --set 'stages=[{"name":"there"}]' >later.txt 2>&1 || fail "$(cat later.txt)"
+soft='{"name":"soft","materials":[{"name":"sand","type":"LinearElastic","density":1800,
+  "youngs_modulus":1e6,"poisson_ratio":0.3}]}'
+"$lahar" run gone.json --quiet --threads 1 --output later --restart latest \
+  --set "stages=[{\"name\":\"there\"},$soft]" >later.txt 2>&1 || fail "$(cat later.txt)"
+grep -q "stage soft: strains begin at zero" later.txt || fail "lost strains are not told of"
+
+# A stage that places particles where others are says so, with how many.
+"$lahar" run gone.json --quiet --threads 1 --output twice --set 'stages=[{"name":"there"},
+  {"name":"twice","place":[{"generator":{"type":"region","material":"sand","per_cell":2,
+   "region":{"all":true}}}]}]' >twice.txt 2>&1 || fail "$(cat twice.txt)"
+grep -q "stage twice: 'place' puts .* particles where others are" twice.txt ||
+  fail "material that is there twice is not told of: $(cat twice.txt)"

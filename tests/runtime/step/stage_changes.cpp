@@ -8,6 +8,7 @@
 
 #include "runtime/step/restart.h"
 #include "tests/runtime/step/restart_checks.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -82,6 +83,16 @@ Model<2> weakened(std::size_t stage) {
   return stage_of(text, stage);
 }
 
+/// A loaded column, the stages after its first one, and what they do to it.
+Model<2> loaded_first(const std::string& later, std::size_t stage) {
+  return stage_of(column(R"({"cell_size": 0.1, "counts": [2, 12]})", "1",
+                         R"("external_loading_conditions": )" + load +
+                             R"(, "stages": [{"name": "loaded"})" + later + "]"),
+                  stage);
+}
+const std::string softer = R"(, {"name": "softer", "materials": [{"name": "m",
+  "type": "LinearElastic", "density": 1000, "youngs_modulus": 5e8, "poisson_ratio": 0}]})";
+
 /// A loaded column. Its strains begin anew in the second stage, and it gets softer in the third.
 Model<2> measured_anew(std::size_t stage) {
   return stage_of(
@@ -103,7 +114,7 @@ TEST_CASE("strains begin anew where a stage says so, and do not follow from new 
     REQUIRE(stress);
     for (std::size_t p = 0; p < frame.id.size(); ++p) {
       CHECK(std::abs(found->values[6 * p + 1] - strain) < 1e-7);
-      CHECK(stress->values[6 * p + 1] == doctest::Approx(-1e5).epsilon(1e-3));
+      CHECK(stress->values[6 * p + 1] == within(1e-3, -1e5));
     }
   };
   Simulation loaded(measured_anew(0), serial());
@@ -116,6 +127,68 @@ TEST_CASE("strains begin anew where a stage says so, and do not follow from new 
     check(simulation, 0.0);
     before = StoredState(simulation.state());
   }
+}
+
+TEST_CASE("strains that begin at zero, because the stage before has stored none, are told of") {
+  const auto lost = [](const std::string& known, const std::string& later, std::size_t stage) {
+    Simulation first(loaded_first(known, 0), serial());
+    first.run();
+    const StoredState before(first.state());
+    const Simulation second(loaded_first(later, stage), serial(), {},
+                            state_at_start(before.view(), false));
+    return second.info().changed.lost_strains;
+  };
+  const std::string same = R"(, {"name": "same"})",
+                    anew = R"(, {"name": "anew", "reset": ["strain"]})";
+  // The first stage has run before there was the second one.
+  CHECK(lost(same, softer, 1));
+  CHECK(lost(same, same + softer, 1));
+  CHECK_FALSE(lost(same, anew, 1));
+  CHECK_FALSE(lost(softer, softer, 1));
+  CHECK_FALSE(lost(same, same, 1));
+}
+
+TEST_CASE("strains go on where a stage places particles of a law with strains of its own") {
+  const std::string soil = R"(, {"name": "filled", "place": [{"generator": {"type": "region",
+    "material": "m", "per_cell": 2, "stress": -10,
+    "region": {"box": {"min": [0.1, 0], "max": [0.2, 0.2]}}}}]})";
+  Simulation first(loaded_first(soil, 0), serial());
+  first.run();
+  const StoredState before(first.state());
+  Simulation second(loaded_first(soil, 1), serial(), {}, state_at_start(before.view(), false));
+  CHECK_FALSE(second.info().changed.lost_strains);
+  const Frame frame = second.frame();
+  const FrameColumn* strain = frame.find("strain");
+  REQUIRE(strain);
+  for (std::size_t p = 0; p < frame.id.size(); ++p)
+    if (frame.coordinates[2 * p] < 0.1) CHECK(strain->values[6 * p + 1] == within(1e-2, -1e-4));
+}
+
+TEST_CASE("particles that a stage places where others are, are counted") {
+  const auto occupied = [](const std::string& box, const std::string& more) {
+    const std::string fill = R"(, {"name": "filled"{}, "place": [{"generator": {"type": "region",
+      "material": "m", "per_cell": 2, "region": {"box": )" +
+                             box + "}}}]}";
+    std::string later = fill;
+    later.replace(later.find("{}"), 2, more);
+    Simulation first(loaded_first(later, 0), serial());
+    first.run();
+    const StoredState before(first.state());
+    const Simulation second(loaded_first(later, 1), serial(), {},
+                            state_at_start(before.view(), false));
+    return second.info().changed.occupied;
+  };
+  // A column 1 m high and a cell wide lies in a grid of cells of 0.1 m.
+  const OccupiedCells both = occupied(R"({"min": [0, 0.8], "max": [0.2, 1.2]})", "");
+  CHECK(both.cells == 2);
+  CHECK(both.particles == 8);
+  CHECK(both.most == within(0.01, 2));
+  CHECK(both.place[0] < 0.1);
+  CHECK(both.place[1] == within(0.12, 0.9));
+  CHECK(occupied(R"({"min": [0, 1], "max": [0.2, 1.2]})", "").cells == 0);
+  CHECK(occupied(R"({"min": [0, 0.8], "max": [0.2, 1.2]})",
+                 R"(, "remove": [{"region": {"box": {"min": [0, 0.8], "max": [0.2, 2]}}}])")
+            .cells == 0);
 }
 
 TEST_CASE(
@@ -162,7 +235,7 @@ TEST_CASE("a load that a stage brings acts on the area that its particles had at
   double sum = 0, n = 0;
   for (std::size_t p = 0; p < frame.id.size(); ++p)
     if (frame.coordinates[2 * p + 1] < 0.1) sum += stress->values[6 * p + 1], ++n;
-  CHECK(sum / n == doctest::Approx(-1e5).epsilon(1e-6));
+  CHECK(sum / n == within(1e-6, -1e5));
 }
 
 TEST_CASE("the strength that a stage gives a material is that of its particles, from the start") {
