@@ -10,6 +10,7 @@
 
 #include "tests/verification/curved_quarter.h"
 #include "tests/verification/vibration.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -136,9 +137,9 @@ TEST_CASE("axisymmetric: a body that widens evenly has the same strain around th
       const State end(simulation.frame());
       const double volumetric = dt * (2 * a + b), mean = lambda * volumetric;
       for (Index p = 0; p < end.size(); ++p) {
-        CHECK(end.get("stress", p, 0) == doctest::Approx(mean + 2 * G * a * dt).epsilon(1e-9));
-        CHECK(end.get("stress", p, 1) == doctest::Approx(mean + 2 * G * b * dt).epsilon(1e-9));
-        CHECK(end.get("stress", p, 2) == doctest::Approx(mean + 2 * G * a * dt).epsilon(1e-9));
+        CHECK(end.get("stress", p, 0) == test::within(1e-9, mean + 2 * G * a * dt));
+        CHECK(end.get("stress", p, 1) == test::within(1e-9, mean + 2 * G * b * dt));
+        CHECK(end.get("stress", p, 2) == test::within(1e-9, mean + 2 * G * a * dt));
         CHECK(end.get("volume", p) / start.get("volume", p) ==
               doctest::Approx(1 + volumetric).epsilon(1e-12));
       }
@@ -170,12 +171,12 @@ TEST_CASE(
       const auto stress = [&](int k) {
         return mean(end, all, [&](Index p) { return end.get("stress", p, k); });
       };
-      CHECK(stress(1) == doctest::Approx(E * eps).epsilon(0.005));
+      CHECK(stress(1) == test::within(0.005, E * eps));
       CHECK(std::abs(stress(0)) < 0.005 * std::abs(E * eps));
       CHECK(std::abs(stress(2)) < 0.005 * std::abs(E * eps));
       const double wider =
           mean(end, all, [&](Index p) { return end.get("displacement", p, 0) / end.x(p, 0); });
-      CHECK(wider == doctest::Approx(-nu * eps).epsilon(0.01));
+      CHECK(wider == test::within(0.01, -nu * eps));
     }
 }
 
@@ -202,7 +203,7 @@ TEST_CASE("axisymmetric: a thin ring breathes with the frequency sqrt(E / rho) /
                       .analysis = with(functions, scheme, dt, std::lround(0.5 * exact / dt))});
         move(model, [](const Vec<2>&) { return Vec<2>(0.01, 0); });
         const Vibration found = vibrate(std::move(model), 0);
-        CHECK(found.period == doctest::Approx(exact).epsilon(0.01));
+        CHECK(found.period == test::within(0.01, exact));
         CHECK(found.imbalance < 0.01);
         if (courant == 0.2) CHECK(found.imbalance < 0.7 * coarse + 1e-6);
         coarse = found.imbalance;
@@ -227,7 +228,7 @@ TEST_CASE("axisymmetric: a slender cylinder vibrates along its axis with sqrt(E 
                   .analysis = with("quadratic_spline", "musl", dt, std::lround(0.3 * exact / dt))});
     move(model, [](const Vec<2>& x) { return Vec<2>(0, 0.01 * std::sin(0.5 * pi * x[1] / L)); });
     const Vibration found = vibrate(std::move(model), 1);
-    CHECK(found.period == doctest::Approx(exact).epsilon(0.01));
+    CHECK(found.period == test::within(0.01, exact));
     CHECK(found.imbalance < 0.015);
   }
 }
@@ -337,7 +338,7 @@ TEST_CASE("axisymmetric: a tube of rubber widens as Lame's does if volumetric st
                  ((1 + nu) * p / (3 * E) * ((1 - 2 * nu) * r + 4 / r));
         });
   };
-  CHECK(ratio(true) == doctest::Approx(1).epsilon(0.01));
+  CHECK(ratio(true) == test::within(0.01, 1));
   CHECK(ratio(false) < 0.9);
 }
 
@@ -367,7 +368,7 @@ TEST_CASE("axisymmetric: water at rest has the pressure of its depth") {
         const auto in_row = [&](Index p) { return std::abs(end.x(p, 1) - y) < 0.5 * h; };
         const double depth = mean(end, in_row, [&](Index p) { return 1 - end.x(p, 1); });
         CHECK(mean(end, in_row, [&](Index p) { return end.get("pressure", p); }) ==
-              doctest::Approx(1000 * 10 * depth).epsilon(0.05));
+              test::within(0.05, 1000 * 10 * depth));
       }
     }
 }
@@ -460,6 +461,6 @@ TEST_CASE(
       radial /= static_cast<double>(state.size());
       MESSAGE(fmt::format("{} per cell of {} m: {:.5f} of the pressure", per_cell, cell,
                           -radial / pressure));
-      CHECK(radial == doctest::Approx(-pressure).epsilon(0.01));
+      CHECK(radial == test::within(0.01, -pressure));
     }
 }

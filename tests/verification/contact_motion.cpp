@@ -10,6 +10,7 @@
 #include <string>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -129,8 +130,8 @@ TEST_CASE(
     // The block trembles while it slides: contact takes 2 to 3 % of its energy along the normal,
     // and 1 to 2 % are left as vibration.
     CHECK(std::abs(moved - distance) < 0.005 * distance);
-    CHECK(r.row.friction == doctest::Approx(mu * r.start.mass * g * moved).epsilon(0.03));
-    CHECK(r.row.friction == doctest::Approx(kinetic).epsilon(0.04));
+    CHECK(r.row.friction == test::within(0.03, mu * r.start.mass * g * moved));
+    CHECK(r.row.friction == test::within(0.04, kinetic));
     CHECK(std::abs(r.row.balance) < 0.001 * kinetic);
     CHECK(std::abs(r.end.v[0]) < 0.01 * v0);
   }
@@ -167,8 +168,8 @@ TEST_CASE("elastic bodies that may meet others spin on, with defaults") {
   CHECK(before.spin > 0.7 * omega);
   simulation.run();
   const Motion after = motion_of(simulation.frame(), first);
-  CHECK(after.inertia * after.spin == doctest::Approx(before.inertia * before.spin).epsilon(0.01));
-  CHECK(simulation.history().kinetic == doctest::Approx(kinetic).epsilon(0.05));
+  CHECK(after.inertia * after.spin == test::within(0.01, before.inertia * before.spin));
+  CHECK(simulation.history().kinetic == test::within(0.05, kinetic));
 }
 
 // Turning is resisted as if the normal force acted 0.3 to 0.4 of a cell ahead of the centre (from
@@ -252,7 +253,7 @@ TEST_CASE("blocks that collide: where their energy goes, and where they meet") {
     CHECK(of * largest < (setup.safety == 0.4 ? 0.05 : 0.015));
     CHECK(end.friction == 0);
     if (setup.cell == 0.1 && setup.safety == 0.4) taken = end.damping;
-    if (setup.safety == 0.2) CHECK(end.damping == doctest::Approx(taken).epsilon(0.05));
+    if (setup.safety == 0.2) CHECK(end.damping == test::within(0.05, taken));
     if (setup.cell == 0.05) CHECK(end.damping < 0.6 * taken);
   }
 }

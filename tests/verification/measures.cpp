@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include "tests/within.h"
+
 using namespace lahar;
 using namespace lahar::verification;
 
@@ -66,13 +68,13 @@ TEST_CASE("mean depths are those of the material, and where they end does not de
     const State state = state_of(grains);
     const Curve curve = mean_depths(
         state, 20000, 0.5, [&](Index p) { return state.x(p, 0); }, [](double) { return 1.0; });
-    CHECK(curve.at(1) == doctest::Approx(1.5).epsilon(0.01));
-    CHECK(curve.at(3) == doctest::Approx(0.5).epsilon(0.01));
+    CHECK(curve.at(1) == test::within(0.01, 1.5));
+    CHECK(curve.at(3) == test::within(0.01, 0.5));
     CHECK(curve.y.back() == 0);
     return curve.first_below(0.5);
   };
-  CHECK(end_of(0) == doctest::Approx(3).epsilon(0.005));
-  CHECK(end_of(0.003) == doctest::Approx(3).epsilon(0.005));
+  CHECK(end_of(0) == test::within(0.005, 3));
+  CHECK(end_of(0.003) == test::within(0.005, 3));
 }
 
 TEST_CASE("mean depths at a plane of symmetry are not halved, and grains that fly are no deposit") {
@@ -84,7 +86,7 @@ TEST_CASE("mean depths at a plane of symmetry are not halved, and grains that fl
       state, 100, 0.1, [&](Index p) { return state.x(p, 0); }, [](double) { return 1.0; });
   CHECK(curve.at(0) == doctest::Approx(1));
   CHECK(curve.at(0.5) == doctest::Approx(1));
-  CHECK(curve.first_below(0.5) == doctest::Approx(1).epsilon(0.01));
+  CHECK(curve.first_below(0.5) == test::within(0.01, 1));
 }
 
 TEST_CASE("depths of rings give a cylinder its height out to its radius") {
@@ -103,7 +105,7 @@ TEST_CASE("depths of rings give a cylinder its height out to its radius") {
     }
   const Depths d = depths_of_rings(State(std::move(frame)), 1, 0.1);
   REQUIRE(d.depth.size() == 11);
-  for (std::size_t i = 1; i < 10; ++i) CHECK(d.depth[i] == doctest::Approx(1).epsilon(0.02));
+  for (std::size_t i = 1; i < 10; ++i) CHECK(d.depth[i] == test::within(0.02, 1));
   CHECK(d.depth[10] == 0);
 }
 
@@ -137,6 +139,6 @@ TEST_CASE("published points are read without their comments") {
   const Curve surface =
       read_curve(LAHAR_SOURCE_DIR "/tests/verification/world/rods-surface.csv", 0, 1);
   REQUIRE(surface.x.size() == 23);
-  CHECK(surface.x.back() == doctest::Approx(0.4423).epsilon(1e-3));
+  CHECK(surface.x.back() == test::within(1e-3, 0.4423));
   CHECK(std::is_sorted(surface.x.begin(), surface.x.end()));
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -70,8 +71,9 @@ TEST_CASE("a block slides on a floor with the friction that was asked for") {
     const Friction found = friction(block);
     MESSAGE(what << ": " << found.of_impulse << " of the impulse, " << found.of_weight
                  << " of the weight");
-    CHECK(found.of_impulse == doctest::Approx(mu).epsilon(0.02));
-    CHECK(found.of_weight == doctest::Approx(mu).epsilon(0.02));
+    CHECK(found.of_impulse == test::within(0.02, mu));
+    // A soft block still bounces at the end: what it was pushed is not yet its weight times T.
+    CHECK(found.of_weight == test::within(block.stiffness < 1e7 ? 0.03 : 0.02, mu));
   };
   check({}, "by default");
   check({.safety = 0.25}, "half the step");
@@ -118,7 +120,7 @@ TEST_CASE("what friction at a wall takes is its force times the path, and stands
       const double heat = 0.5 * mass * v0 * v0 - end.kinetic;
       CAPTURE(scheme);
       CAPTURE(functions);
-      CHECK(end.friction == doctest::Approx(heat).epsilon(0.03));
+      CHECK(end.friction == test::within(0.03, heat));
       CHECK(end.friction < 1.005 * end.damping);  // ringing may give a little
     }
   CHECK(slide({.friction = 0}).friction == doctest::Approx(0.0));

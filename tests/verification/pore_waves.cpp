@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -120,7 +121,7 @@ void check_speeds(const Bar& bar) {
     MESSAGE(fmt::format("{}: {:.1f} m/s, exact {:.1f} m/s, error {:+.2f} % ({} cells, {}, {}, {})",
                         c.name, speed, c.wave.speed, 100 * (speed / c.wave.speed - 1), bar.cells,
                         bar.safety, bar.scheme, bar.functions));
-    CHECK(speed == doctest::Approx(c.wave.speed).epsilon(0.01));
+    CHECK(speed == test::within(0.01, c.wave.speed));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -235,7 +236,7 @@ TEST_CASE("the force that moves a block is that of the block, however much motio
       simulation.run();
       const HistoryRow row = simulation.history();
       CHECK(row.internal > 50);
-      CHECK(row.external == doctest::Approx(row.internal).epsilon(0.05));  // waves are damped
+      CHECK(row.external == test::within(0.05, row.internal));  // waves are damped
       CHECK(std::abs(row.balance) < 1e-3 * row.internal);
     }
 }

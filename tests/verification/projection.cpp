@@ -8,6 +8,7 @@
 
 #include "tests/terzaghi.h"
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -125,7 +126,7 @@ TEST_CASE("projection: a drop falls freely, without a pressure") {
   simulation.run();
   const State state(simulation.frame());
   for (Index p = 0; p < state.size(); ++p) {
-    CHECK(state.get("velocity", p, 1) == doctest::Approx(-10 * 0.04).epsilon(1e-6));
+    CHECK(state.get("velocity", p, 1) == test::within(1e-6, -10 * 0.04));
     CHECK(std::abs(state.get("pressure", p)) < 1e-3);
   }
 }
@@ -431,8 +432,8 @@ TEST_CASE("projection: water rests behind a gate and on a floor of nodes within 
     }
     MESSAGE(fmt::format("cell {}: water from {:.4f} to {:.4f} m, to x = {:.4f} m", cell, lowest,
                         highest, furthest));
-    CHECK(highest == doctest::Approx(0.5 - cell / 4).epsilon(0.01));
-    CHECK(lowest == doctest::Approx(0.1 + cell / 4).epsilon(0.02));
+    CHECK(highest == test::within(0.01, 0.5 - cell / 4));
+    CHECK(lowest == test::within(0.02, 0.1 + cell / 4));
     CHECK(furthest < 0.4);
   }
 }

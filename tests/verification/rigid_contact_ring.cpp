@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -71,7 +72,7 @@ TEST_CASE("rigid bodies around an axis: a free one has the mass of a body of rev
       cylinder(R"({"region": {"sphere": {"centre": [0, 1.4], "radius": 0.3}}, "density": 2000})",
                R"("dt": 1e-4, "nsteps": 1)", 0.1);
   const RigidBody<2>& ball = model.rigid_bodies.at(1);
-  CHECK(ball.mass == doctest::Approx(2000 * 4.0 / 3 * pi * std::pow(0.3, 3)).epsilon(1e-4));
+  CHECK(ball.mass == test::within(1e-4, 2000 * 4.0 / 3 * pi * std::pow(0.3, 3)));
   CHECK(ball.centre[0] == 0);
   CHECK(ball.centre[1] == doctest::Approx(1.4).epsilon(1e-9));
 }
@@ -118,10 +119,10 @@ TEST_CASE("rigid bodies around an axis: a piston in a tube gets the force of con
                              -10 * strain * 0.8),
                  damped(0.4), h);
     const auto [base, piston, tube] = mean_forces(model, 0.3);
-    CHECK(piston[1] == doctest::Approx(along).epsilon(tolerance));
-    CHECK(base[1] == doctest::Approx(-along).epsilon(tolerance));
+    CHECK(piston[1] == test::within(tolerance, along));
+    CHECK(base[1] == test::within(tolerance, -along));
     // The tube holds the lateral pressure along its whole circle.
-    CHECK(tube[0] == doctest::Approx(across).epsilon(1.5 * tolerance));
+    CHECK(tube[0] == test::within(1.5 * tolerance, across));
   }
 }
 
@@ -146,6 +147,6 @@ TEST_CASE("rigid bodies around an axis: a sphere gets the force of Hertz") {
                  damped(0.5), h);
     model.rigid_bodies.at(0).friction = std::numeric_limits<double>::infinity();
     CHECK(mean_forces(std::move(model), 0.4)[1][1] ==
-          doctest::Approx(hertz * layer).epsilon(h > 0.03 ? 0.06 : 0.03));
+          test::within(h > 0.03 ? 0.06 : 0.03, hertz * layer));
   }
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -84,9 +85,9 @@ TEST_CASE("rigid bodies: balls and rollers that roll on a rough plane roll on") 
       MESSAGE(std::string(shape == sphere ? "ball" : "roller")
               << ", step " << dt << " s: speed " << end.velocity[0] << ", spin " << end.spin[1]);
       const double error = shape == sphere ? 0.01 : 0.03;  // the ends of a roller are edges
-      CHECK(end.velocity[0] == doctest::Approx(1).epsilon(error));
-      CHECK(end.spin[1] == doctest::Approx(2).epsilon(error));
-      CHECK(end.place[0] == doctest::Approx(5).epsilon(error));
+      CHECK(end.velocity[0] == test::within(error, 1));
+      CHECK(end.spin[1] == test::within(error, 2));
+      CHECK(end.place[0] == test::within(error, 5));
     }
 }
 
@@ -134,7 +135,7 @@ TEST_CASE("rigid bodies: a cube that falls on a plane never has more energy, and
     MESSAGE("step " << dt << " s: most energy " << most / (mass * gravity * fall)
                     << " of that at first, ends at " << end.place[2]);
     CHECK(most <= 1.001 * mass * gravity * fall);
-    CHECK(end.place[2] == doctest::Approx(1.5).epsilon(0.005));
+    CHECK(end.place[2] == test::within(0.005, 1.5));
     CHECK(vector(end.velocity).norm() < 0.01);
     CHECK((vector(end.place) - Vec<3>(2.5, 2, end.place[2])).norm() < 0.01);
   }
@@ -190,6 +191,6 @@ TEST_CASE("rigid bodies: a rod on a rough slope stays, and a smooth one slides a
     CHECK((vector(rests.place) - Vec<3>(3, 1.1, 1.1)).norm() < 0.01);
     CHECK(vector(rests.rotation).norm() < 0.01);
     const double way = gravity * (std::sin(angle) - 0.2 * std::cos(angle)) * time * time / 2;
-    CHECK(slides.place[0] - 3 == doctest::Approx(way).epsilon(0.02));
+    CHECK(slides.place[0] - 3 == test::within(0.02, way));
   }
 }

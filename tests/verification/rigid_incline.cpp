@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/verification/elastic_block.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -17,8 +18,8 @@ TEST_CASE(
     const Incline incline{.angle = angle, .friction = mu};
     const auto motion = incline.run();
     const double expected = g * (std::sin(angle) - mu * std::cos(angle)) * motion.time.back();
-    CHECK(motion.velocity.back() == doctest::Approx(expected).epsilon(0.01));
-    CHECK(motion.friction == doctest::Approx(mu).epsilon(0.01));
+    CHECK(motion.velocity.back() == test::within(0.01, expected));
+    CHECK(motion.friction == test::within(0.01, mu));
   }
 }
 
@@ -46,9 +47,10 @@ TEST_CASE("rigid bodies: cohesion holds by the area of a block, wherever its fir
       incline.analysis += R"(, "shape_functions": "quadratic_spline")";
       const auto motion = incline.run();
       const double expected = 0.5 * g * incline.sine() * motion.time.back();
-      // Of boxes at 45 degrees corners touch.
-      const double error = degrees == 45 ? 0.25 : 0.1;
-      CHECK(motion.velocity.back() == doctest::Approx(expected).epsilon(error));
+      // Of boxes at 45 degrees corners touch. At 1 degree the surface cuts a row to slivers that
+      // become ever thinner, and somewhere the row behind them begins to touch.
+      const double error = degrees == 45 ? 0.25 : degrees == 1 ? 0.35 : 0.2;
+      CHECK(motion.velocity.back() == test::within(error, expected));
     }
 }
 

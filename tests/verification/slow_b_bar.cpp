@@ -5,6 +5,7 @@
 
 #include "tests/verification/case.h"
 #include "tests/verification/cook_membrane.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -38,8 +39,8 @@ TEST_CASE("explicit steps: Cook's membrane does not lock with the mean of volume
   const double coarse = at_rest(16, true, 0.4), half_step = at_rest(16, true, 0.2),
                fine = at_rest(32, true, 0.4), locked = at_rest(16, false, 0.4);
   // What quasi-static steps give.
-  CHECK(coarse == doctest::Approx(0.2722).epsilon(0.002));
-  CHECK(half_step == doctest::Approx(coarse).epsilon(0.001));
-  CHECK(fine == doctest::Approx(cook_limit).epsilon(0.02));
+  CHECK(coarse == test::within(0.002, 0.2722));
+  CHECK(half_step == test::within(0.001, coarse));
+  CHECK(fine == test::within(0.02, cook_limit));
   CHECK(locked < 0.75 * cook_limit);
 }

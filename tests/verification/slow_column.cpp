@@ -30,6 +30,7 @@
 #include <vector>
 
 #include "tests/verification/world.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -100,6 +101,32 @@ Numbers quarter(const Resolution& at) {
           {"dt", mean_step(simulation)}};
 }
 
+/// The mean of examples/column-collapse.json over frictions that hardly differ: beads roll so far
+/// that a tenth of a degree changes where one run ends by some per cent.
+Numbers beads(const Resolution& at, int runs) {
+  constexpr double friction = 23.8, spread = 0.4;  // degrees
+  const double cells = 0.5 / std::stod(at.cell);
+  Numbers mean;
+  for (int k = 0; k < runs; ++k) {
+    Simulation simulation(
+        world_case<2>("../../../examples/column-collapse.json", at,
+                      {fmt::format("mesh.structured.counts=[{:.0f},{:.0f}]", cells, 0.32 * cells),
+                       fmt::format("materials.0.friction={}",
+                                   friction + spread * (2.0 * (k + 0.5) / runs - 1.0))}));
+    run_to_end(simulation);
+    const State end(simulation.frame());
+    const Curve depth = mean_depths(
+        end, density, width, [&](Index p) { return end.x(p, 0); }, [](double) { return 1.0; });
+    const Numbers one{{"run-out", depth.first_below(layer) / L0 - 1},
+                      {"height", depths_along_x(end, density, 0, width).highest() / L0},
+                      {"unrest", unrest(simulation.history(), L0)},
+                      {"lost share", lost_share(simulation)},
+                      {"dt", mean_step(simulation)}};
+    for (const auto& [name, value] : one) mean[name] += value / runs;
+  }
+  return mean;
+}
+
 /// What a deposit must be in any case: at rest, with all its sand, whatever the step and the cell.
 void check_deposit(const Study& study) {
   study.stays_below("unrest", at_rest);
@@ -139,6 +166,13 @@ TEST_CASE("a column of sand four times as high as wide runs out as far as experi
   check_plane(4);
 }
 
+TEST_CASE("a column of beads runs out as far as experiments say, in the mean") {
+  const Study study("column of beads", {"0.005", 0.2}, "0.0025",
+                    [](const Resolution& at) { return beads(at, at.cell == "0.005" ? 24 : 8); });
+  study.agrees("run-out", 1.8, 0.1);
+  check_deposit(study);
+}
+
 TEST_CASE("a cylinder of sand runs out as far as experiments and an axisymmetric model say") {
   constexpr double a = 0.9;
   const Resolution base{"0.01", 0.2}, fine{"0.005", 0.2};
@@ -148,7 +182,7 @@ TEST_CASE("a cylinder of sand runs out as far as experiments and an axisymmetric
                  around = section("axisymmetric", a, at).at("run-out");
     MESSAGE(fmt::format("cylinder, a = 0.9, cell {}: run-out {:.3f} in 3D, {:.3f} axisymmetric",
                         at.cell, in_3d, around));
-    CHECK(in_3d == doctest::Approx(around).epsilon(0.05));
+    CHECK(in_3d == test::within(0.05, around));
   }
   study.agrees("run-out", law_around_axis(a), 0.1);
   check_deposit(study);  // of ten cells, which are few: the axisymmetric models begin with 32

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -102,16 +103,16 @@ TEST_CASE("quasi-static: a cantilever bends as the elastica says") {
   for (const char* const functions : {"quadratic_spline", "gimp"}) {
     CAPTURE(std::string(functions));
     const Vec<2> tip = elastica(1, {functions});
-    CHECK(tip[0] == doctest::Approx(0.30172).epsilon(0.01));
-    CHECK(tip[1] == doctest::Approx(0.05643).epsilon(0.02));
+    CHECK(tip[0] == test::within(0.01, 0.30172));
+    CHECK(tip[1] == test::within(0.02, 0.05643));
   }
 }
 
 TEST_CASE("quasi-static: the elastica with stresses that are the sum of increments") {
   for (const int steps : {20, 40}) {
     const Vec<2> tip = elastica(2, {"quadratic_spline", 4, 3, steps, "LinearElastic"});
-    CHECK(tip[0] == doctest::Approx(0.49346).epsilon(0.01));
-    CHECK(tip[1] == doctest::Approx(0.16064).epsilon(0.02));
+    CHECK(tip[0] == test::within(0.01, 0.49346));
+    CHECK(tip[1] == test::within(0.02, 0.16064));
   }
 }
 
@@ -119,15 +120,15 @@ TEST_CASE("quasi-static: half the step and twice the cell leave the elastica") {
   const Vec<2> tip = elastica(2, {"quadratic_spline"});
   const Vec<2> half_step = elastica(2, {"quadratic_spline", 8, 3, 40});
   const Vec<2> twice_cell = elastica(2, {"quadratic_spline", 4});
-  CHECK(tip[0] == doctest::Approx(0.49346).epsilon(0.01));
-  CHECK(half_step[0] == doctest::Approx(tip[0]).epsilon(0.001));
-  CHECK(twice_cell[0] == doctest::Approx(tip[0]).epsilon(0.005));
+  CHECK(tip[0] == test::within(0.01, 0.49346));
+  CHECK(half_step[0] == test::within(0.001, tip[0]));
+  CHECK(twice_cell[0] == test::within(0.005, tip[0]));
 }
 
 TEST_CASE("quasi-static: a beam bends under its own weight as published") {
   for (const Method& method : {Method{"quadratic_spline", 8, 2, 10},
                                Method{"quadratic_spline", 8, 2, 20}, Method{"gimp", 16, 2, 10}}) {
     const Vec<2> tip = bend({.length = 8, .E = 90e6, .weight = 9810}, method);
-    CHECK(tip[1] == doctest::Approx(-0.67433).epsilon(0.01));
+    CHECK(tip[1] == test::within(0.01, -0.67433));
   }
 }

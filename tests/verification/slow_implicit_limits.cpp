@@ -9,6 +9,7 @@
 
 #include "tests/verification/case.h"
 #include "tests/verification/cook_membrane.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -173,10 +174,10 @@ TEST_CASE("quasi-static: Cook's membrane does not lock with the mean of volumetr
   const double locked = membrane(32, false);
   MESSAGE("16, 32, 64 cells: " << coarse << " " << fine << " " << finer << ", 32 without the mean "
                                << locked);
-  CHECK(fine == doctest::Approx(exact).epsilon(0.02));
-  CHECK(finer == doctest::Approx(exact).epsilon(0.01));
-  CHECK(finer == doctest::Approx(fine).epsilon(0.01));
-  CHECK(fine == doctest::Approx(coarse).epsilon(0.02));
+  CHECK(fine == test::within(0.02, exact));
+  CHECK(finer == test::within(0.01, exact));
+  CHECK(finer == test::within(0.01, fine));
+  CHECK(fine == test::within(0.02, coarse));
   CHECK(locked < 0.75 * exact);
 }
 
@@ -189,7 +190,7 @@ TEST_CASE("quasi-static: a thick-walled cylinder is plastic as far as Hill says"
       CHECK(ring.hoop < 0.005);
       CHECK(ring.displacement < 0.005);
     }
-    CHECK(half_step.radial == doctest::Approx(coarse.radial).epsilon(0.1));
+    CHECK(half_step.radial == test::within(0.1, coarse.radial));
     CHECK(half_cell.radial < 0.3 * coarse.radial);
   }
 }
@@ -200,11 +201,11 @@ TEST_CASE("quasi-static: a strip footing with four particles per cell fails at P
   const double fine = footing("gimp", 16, 10, true), fine_half_step = footing("gimp", 16, 20, true);
   const double elements = footing("element", 16, 10, true);
   const double locked = footing("element", 8, 10, false);
-  CHECK(fine == doctest::Approx(1).epsilon(0.03));
-  CHECK(elements == doctest::Approx(1).epsilon(0.03));
-  CHECK(half_step == doctest::Approx(coarse).epsilon(0.003));
-  CHECK(fine_half_step == doctest::Approx(fine).epsilon(0.003));
-  CHECK(coarse / (1 + 0.5 / 8) == doctest::Approx(1).epsilon(0.02));
-  CHECK(fine / (1 + 0.5 / 16) == doctest::Approx(1).epsilon(0.02));
+  CHECK(fine == test::within(0.03, 1));
+  CHECK(elements == test::within(0.03, 1));
+  CHECK(half_step == test::within(0.003, coarse));
+  CHECK(fine_half_step == test::within(0.003, fine));
+  CHECK(coarse / (1 + 0.5 / 8) == test::within(0.02, 1));
+  CHECK(fine / (1 + 0.5 / 16) == test::within(0.02, 1));
   CHECK(locked > 1.15);
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -108,13 +109,13 @@ TEST_CASE("the transfer damps a standing wave at a rate that does not depend on 
         wave.step = 0.05;
         const double rate = decay(wave);
         // What is left out is of the order q^2 h^2.
-        CHECK(rate == doctest::Approx(predicted(wave)).epsilon(cells == 16 ? 0.2 : 0.08));
+        CHECK(rate == test::within(cells == 16 ? 0.2 : 0.08, predicted(wave)));
         for (const double step : {0.1, 0.2}) {
           wave.step = step;
-          CHECK(decay(wave) == doctest::Approx(rate).epsilon(0.2 * step));
+          CHECK(decay(wave) == test::within(0.2 * step, rate));
         }
         wave.scheme = "usf";
-        CHECK(decay(wave) == doctest::Approx(rate).epsilon(0.02));
+        CHECK(decay(wave) == test::within(0.02, rate));
       }
 }
 
@@ -124,7 +125,7 @@ TEST_CASE("the filter of FMPM damps a standing wave as that of XPIC does") {
     const double rate = decay(wave);
     wave.transfer = "fmpm";
     CAPTURE(order);
-    CHECK(decay(wave) == doctest::Approx(rate).epsilon(order == 3 ? 0.1 : 0.02));
+    CHECK(decay(wave) == test::within(order == 3 ? 0.1 : 0.02, rate));
   }
 }
 
@@ -148,9 +149,9 @@ void check_viscosity(const std::string& transfer, double viscosity, Give give) {
       CAPTURE(functions);
       CAPTURE(cells);
       const double rate = decay(wave) - of_filter;
-      CHECK(rate == doctest::Approx(viscosity * q * q).epsilon(cells == 16 ? 0.2 : 0.08));
+      CHECK(rate == test::within(cells == 16 ? 0.2 : 0.08, viscosity * q * q));
       wave.step = 0.1;
-      CHECK(decay(wave) - of_filter == doctest::Approx(rate).epsilon(0.05));
+      CHECK(decay(wave) - of_filter == test::within(0.05, rate));
     }
 }
 

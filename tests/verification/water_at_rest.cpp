@@ -8,6 +8,7 @@
 
 #include "tests/runtime/step/models.h"
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -67,12 +68,12 @@ TEST_CASE("water that sloshed comes to rest as high as its volume, and makes no 
     for (const Rest& rest : {coarse, small_steps, fine}) {
       MESSAGE(which << ": depth " << rest.depth << ", made " << rest.made << ", kinetic "
                     << rest.kinetic);
-      CHECK(rest.depth == doctest::Approx(1).epsilon(0.05));
+      CHECK(rest.depth == test::within(0.05, 1));
       CHECK(rest.made < 0.01);
       CHECK(rest.kinetic < 0.02);
     }
-    CHECK(small_steps.depth == doctest::Approx(coarse.depth).epsilon(0.02));
-    CHECK(fine.depth == doctest::Approx(coarse.depth).epsilon(0.03));
+    CHECK(small_steps.depth == test::within(0.02, coarse.depth));
+    CHECK(fine.depth == test::within(0.03, coarse.depth));
   }
 }
 
@@ -102,10 +103,8 @@ double stored_of_work(Model<Dim> model) {
 }  // namespace
 
 TEST_CASE("what forces of water take from its motion is the energy of its pressure") {
-  CHECK(stored_of_work(test::dam_break()) == doctest::Approx(1).epsilon(0.02));
-  CHECK(stored_of_work(test::distorted(test::dam_break(), 0.02)) ==
-        doctest::Approx(1).epsilon(0.02));
-  CHECK(stored_of_work(test::dam_break_3d()) == doctest::Approx(1).epsilon(0.02));
-  CHECK(stored_of_work(test::distorted(test::dam_break_3d(), 0.03)) ==
-        doctest::Approx(1).epsilon(0.02));
+  CHECK(stored_of_work(test::dam_break()) == test::within(0.02, 1));
+  CHECK(stored_of_work(test::distorted(test::dam_break(), 0.02)) == test::within(0.02, 1));
+  CHECK(stored_of_work(test::dam_break_3d()) == test::within(0.02, 1));
+  CHECK(stored_of_work(test::distorted(test::dam_break_3d(), 0.03)) == test::within(0.02, 1));
 }

@@ -10,6 +10,7 @@
 #include "io/run/manifest.h"
 #include "physics/base/error.h"
 #include "tests/io/frames/frame_samples.h"
+#include "tests/within.h"
 
 namespace lahar {
 
@@ -40,14 +41,14 @@ TEST_CASE("the surface of a body is closed in the mesh and open where it leaves 
   const SolidPtr<3> inside = ball<3>({0.5, 0.5, 0.5}, 0.02);
   const Triangles small = surface_within<3>(*inside, unit_box, 100'000);
   CHECK(edges_of(small).open.count == 0);
-  CHECK(enclosed_volume(small) == doctest::Approx(4.0 / 3 * std::numbers::pi * 8e-6).epsilon(0.01));
+  CHECK(enclosed_volume(small) == test::within(0.01, 4.0 / 3 * std::numbers::pi * 8e-6));
   const SolidPtr<3> ground = half_space<3>({0, 0, 0.3}, Vec<3>::UnitZ());
   const Triangles plane = surface_within<3>(*ground, unit_box, 100'000);
   double area = 0;
   for (Index t = 0; t < static_cast<Index>(plane.corners.size()); ++t)
     area += 0.5 * plane.area_vector(t)[2];
-  CHECK(area == doctest::Approx(1).epsilon(0.03));
-  for (const Vec<3>& x : plane.points) CHECK(x[2] == doctest::Approx(0.3).epsilon(1e-5));
+  CHECK(area == test::within(0.03, 1));
+  for (const Vec<3>& x : plane.points) CHECK(x[2] == test::within(1e-5, 0.3));
   const SolidPtr<3> away = ball<3>({3, 3, 3}, 0.5);
   CHECK(surface_within<3>(*away, unit_box, 100'000).corners.empty());
 }
@@ -57,7 +58,7 @@ TEST_CASE(
   const SolidPtr<3> plate = box<3>({0.1, 0.1, 0.5}, {0.9, 0.9, 0.501});
   const Triangles surface = surface_within<3>(*plate, unit_box, 100'000);
   CHECK(edges_of(surface).open.count == 0);
-  CHECK(enclosed_volume(surface) == doctest::Approx(0.8 * 0.8 * 0.001).epsilon(0.05));
+  CHECK(enclosed_volume(surface) == test::within(0.05, 0.8 * 0.8 * 0.001));
   CHECK(surface.points.size() < 200'000);  // thin bodies have no more places than others
   const SolidPtr<3> beside = box<3>({-1, -1, -1}, {1e-16, 2, 2});
   CHECK(surface_within<3>(*beside, unit_box, 100'000).corners.empty());
@@ -76,7 +77,7 @@ TEST_CASE("terrain is open at its ends and those of the mesh, and has no walls t
       if (at[0] < std::min(end, 1.0) - 0.05) CHECK(normal[2] > 0.99);
       area += 0.5 * surface.area_vector(t)[2];
     }
-    CHECK(area == doctest::Approx(std::min(end, 1.0)).epsilon(0.05));
+    CHECK(area == test::within(0.05, std::min(end, 1.0)));
     for (const Vec<3>& x : surface.points) CHECK(x.allFinite());
   }
 }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "io/scenario/particles_generator.h"
+#include "tests/within.h"
 
 using namespace lahar;
 
@@ -59,13 +60,13 @@ TEST_CASE(
   const auto region = region_of<3>(R"({"below": "ground"})", shapes);
   for (const int n : {1, 2, 3}) {
     const auto particles = exactly(mesh, region, n);
-    CHECK(total(particles) == doctest::Approx(500).epsilon(1e-3));
-    CHECK(total(fill_region<3>(mesh, region, n)) == doctest::Approx(500).epsilon(0.02));
+    CHECK(total(particles) == test::within(1e-3, 500));
+    CHECK(total(fill_region<3>(mesh, region, n)) == test::within(0.02, 500));
     // Centroids are right, too: the weight has the lever arm of the exact body.
     double moment = 0;
     for (std::size_t i = 0; i < particles.x.size(); ++i)
       moment += particles.volume[i] * particles.x[i].x();
-    CHECK(moment / total(particles) == doctest::Approx(5 + 50.0 / 12 / 5).epsilon(1e-3));
+    CHECK(moment / total(particles) == test::within(1e-3, 5 + 50.0 / 12 / 5));
   }
 }
 
@@ -80,11 +81,11 @@ TEST_CASE("a thin layer of 0.3 cells has its volume") {
   const double volume = 12 * 12 * 0.3;
   for (const int n : {1, 2}) {
     const auto inclined = exactly(mesh, region_of<3>(R"({"between": ["bed", "top"]})", shapes), n);
-    CHECK(total(inclined) == doctest::Approx(volume).epsilon(0.003));
+    CHECK(total(inclined) == test::within(0.003, volume));
     const auto flat =
         exactly(mesh, region_of<3>(R"({"between": ["flat bed", "flat top"]})", shapes), n);
-    CHECK(total(flat) == doctest::Approx(volume).epsilon(0.01));
-    for (const Vec<3>& x : flat.x) CHECK(x.z() == doctest::Approx(3.76).epsilon(0.04));
+    CHECK(total(flat) == test::within(0.01, volume));
+    for (const Vec<3>& x : flat.x) CHECK(x.z() == test::within(0.04, 3.76));
   }
 }
 
@@ -99,10 +100,10 @@ TEST_CASE("a hill, a sphere, and a prism under an outline have their volumes") {
   for (int j = 0; j < 400; ++j)
     for (int i = 0; i < 400; ++i) volume += hill((i + 0.5) * 0.04, (j + 0.5) * 0.04) * 0.0016;
   CHECK(total(exactly(mesh, region_of<3>(R"({"below": "hill"})", shapes), 2)) ==
-        doctest::Approx(volume).epsilon(1e-3));
+        test::within(1e-3, volume));
   shapes["ball"].solid = ball<3>({8.1, 7.7, 5.2}, 3.3);
   CHECK(total(exactly(mesh, region_of<3>(R"({"inside": "ball"})", shapes), 2)) ==
-        doctest::Approx(4.0 / 3 * std::numbers::pi * std::pow(3.3, 3)).epsilon(2e-3));
+        test::within(2e-3, 4.0 / 3 * std::numbers::pi * std::pow(3.3, 3)));
   shapes["field"].outlines = std::make_shared<Outlines>(std::vector<Outlines::Polygon>{
       {{{1.3, 1.1}, {14.2, 2.7}, {9.1, 13.9}}, {{7, 5}, {9.5, 5}, {9.5, 8.2}, {7, 8.2}}}});
   const double area = 0.5 * ((14.2 - 1.3) * (13.9 - 1.1) - (9.1 - 1.3) * (2.7 - 1.1)) - 2.5 * 3.2;
@@ -112,7 +113,7 @@ TEST_CASE("a hill, a sphere, and a prism under an outline have their volumes") {
           R"({"intersection": [{"under": "field"}, {"box": {"min": [0, 0, 1.4], "max": [16, 16, 4]}}]})",
           shapes),
       2);
-  CHECK(total(prism) == doctest::Approx(area * 2.6).epsilon(5e-3));
+  CHECK(total(prism) == test::within(5e-3, area * 2.6));
 }
 
 TEST_CASE("cells in two dimensions and distorted ones are cut, too") {
@@ -122,7 +123,7 @@ TEST_CASE("cells in two dimensions and distorted ones are cut, too") {
   const auto region = region_of<2>(R"({"below": "line"})", shapes);
   const double area = 3 * 0.5 * (1 + 4.3) + 7 * 0.5 * (4.3 + 6);
   const auto regular = Mesh<2>::structured(Vec<2>(0, 0), Vec<2>(1, 1), {10, 8});
-  CHECK(total(exactly(regular, region, 2)) == doctest::Approx(area).epsilon(2e-3));
+  CHECK(total(exactly(regular, region, 2)) == test::within(2e-3, area));
   std::vector<Vec<2>> nodes;
   std::vector<std::array<Index, 4>> cells;
   for (int j = 0; j <= 8; ++j)
@@ -137,7 +138,7 @@ TEST_CASE("cells in two dimensions and distorted ones are cut, too") {
       cells.push_back({first, first + 1, first + 12, first + 11});
     }
   const Mesh<2> distorted = Mesh<2>::from_tables(nodes, cells, true);
-  CHECK(total(exactly(distorted, region, 2)) == doctest::Approx(area).epsilon(3e-3));
+  CHECK(total(exactly(distorted, region, 2)) == test::within(3e-3, area));
 }
 
 TEST_CASE("parts inside of a region are the same whether cut parts are exact or not") {
@@ -155,10 +156,10 @@ TEST_CASE("a part with little inside gives its volume to a neighbour in the cell
   shapes["low"] = over_square(4, 4, [](double, double) { return 2.52; });
   const auto merged = exactly(mesh, region_of<3>(R"({"below": "low"})", shapes), 2);
   CHECK(merged.x.size() == 4 * 4 * 4 * 5);  // nothing of its own above 2.5
-  CHECK(total(merged) == doctest::Approx(16 * 2.52).epsilon(2e-4));
+  CHECK(total(merged) == test::within(2e-4, 16 * 2.52));
   // Without a neighbour it stays: the volume is not lost.
   shapes["film"] = over_square(4, 4, [](double, double) { return 3.02; });
   const auto alone = exactly(mesh, region_of<3>(R"({"below": "film"})", shapes), 1);
   CHECK(alone.x.size() == 4 * 4 * 4);
-  CHECK(total(alone) == doctest::Approx(16 * 3.02).epsilon(1e-3));
+  CHECK(total(alone) == test::within(1e-3, 16 * 3.02));
 }

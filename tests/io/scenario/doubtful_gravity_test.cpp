@@ -30,7 +30,8 @@ std::string warnings_of(const Flat& c) {
       "boundary_conditions": {{"velocity_constraints":
           [{{"nset": "{}", "dir": "y", "velocity": 0}}]}}}},
     "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
-                         "sides": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}}}}}},
+                         "sides": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                         "middle": {{"box": {{"min": [2, 1], "max": [3, 2]}}}}}}}},
     "geometry": {{{}}},
     "rigid_bodies": [{}],
     "materials": [{{"name": "sand", "density": 2000, "youngs_modulus": {}, "poisson_ratio": 0.3,
@@ -233,4 +234,47 @@ TEST_CASE("terrain that ends inside of the mesh is warned of, with where") {
   CHECK(warns(said("9"),
               "the rigid body 'bed' ends inside of the mesh, at x = 9: what moves beyond"));
   CHECK_FALSE(warns(said("10"), "ends inside"));
+}
+
+TEST_CASE("rigid bodies outside of the mesh are warned of where nothing brings them in") {
+  const auto said = [](const std::string& place, const std::string& motion) {
+    return warns(
+        warnings_of({.bodies = fmt::format(R"({{"name": "stone", "region": {{"box": {}}}{}}})",
+                                           place, motion)}),
+        "the rigid body 'stone' lies outside of the mesh, where it touches nothing");
+  };
+  const std::string beside = R"({"min": [12, 1], "max": [13, 2]})",
+                    above = R"({"min": [4, 6], "max": [5, 7]})";
+  CHECK(said(beside, ""));
+  CHECK(said(beside, R"(, "density": 2000)"));
+  CHECK(said(beside, R"(, "density": 2000, "velocity": [1, 0])"));
+  CHECK_FALSE(said(beside, R"(, "density": 2000, "velocity": [-1, 0])"));
+  CHECK(said(beside, R"(, "velocity": [0, -1])"));
+  CHECK_FALSE(said(beside, R"(, "velocity": [-1, 0])"));
+  CHECK_FALSE(said(above, R"(, "density": 2000)"));  // it falls
+  CHECK(said(above, R"(, "density": 2000, "fixed": ["y"])"));
+  CHECK_FALSE(said(R"({"min": [8.5, 1], "max": [9, 2]})", R"(, "density": 2000)"));
+}
+
+TEST_CASE("a rigid body that moves by more than half a cell in a step is warned of") {
+  const auto said = [](const char* velocity) {
+    return warnings_of({.bodies = fmt::format(
+                            R"({{"name": "hammer", "velocity": [0, {}],
+                                "region": {{"box": {{"min": [2, 2.2], "max": [4, 3]}}}}}})",
+                            velocity)});
+  };
+  CHECK(warns(said("-500"), "the rigid body 'hammer' moves at up to 500 m/s, by 1."));
+  CHECK(warns(said("-500"), "[/rigid_bodies/0/velocity]"));
+  CHECK_FALSE(warns(said("-100"), "moves at up to"));
+}
+
+TEST_CASE("a gauge of the force on nodes that nothing holds is warned of") {
+  const auto said = [](const char* set) {
+    return warns(warnings_of({.gauges = fmt::format(
+                                  R"({{"name": "f", "type": "force", "nset": "{}"}})", set)}),
+                 "nothing holds a node of the gauge 'f': its force stays zero");
+  };
+  CHECK(said("middle"));
+  CHECK_FALSE(said("floor"));
+  CHECK_FALSE(said("sides"));  // its lowest node is held
 }

@@ -68,8 +68,9 @@ std::string said_of_motion(const std::string& motion, const std::string& analysi
 }  // namespace
 
 TEST_CASE("inflow whose velocity nothing holds is warned of where there is weight") {
-  const auto said = [](const std::string& gravity, const std::string& held) {
-    return warnings_of(read_scenario_text(
+  const auto read = [](const std::string& gravity, const std::string& held,
+                       const std::string& velocity = "[3, 0]") {
+    return read_scenario_text(
         fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}},
       "boundary_conditions": {{"velocity_constraints": [{}]}}}},
     "sets": {{"nodes": {{"inlet": {{"box": {{"min": [0, 0], "max": [0.5, 1]}}}}}},
@@ -77,17 +78,30 @@ TEST_CASE("inflow whose velocity nothing holds is warned of where there is weigh
     "materials": [{{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e6,
                     "dynamic_viscosity": 1e-3}}],
     "particles": [{{"generator": {{"type": "inject", "cset": "inlet", "nparticles_per_dir": 2,
-                                   "velocity": [3, 0], "material": "water"}}}}],
+                                   "velocity": {}, "material": "water"}}}}],
     "external_loading_conditions": {{"gravity": {}}},
     "analysis": {{"end_time": 1, "locate_particles": false}}}})",
-                    held, gravity),
-        ""));
+                    held, velocity, gravity),
+        "");
   };
+  const auto said = [&](auto... given) { return warnings_of(read(given...)); };
   const std::string free = "nothing holds the velocity in the cells of this inflow",
                     held = R"({"nset": "inlet", "dir": "x", "velocity": 3})";
   CHECK(says(said("[0, -10]", ""), free));
   CHECK_FALSE(says(said("[0, -10]", held), free));
   CHECK_FALSE(says(said("[0, 0]", ""), free));
+  // Along all axes that the inflow has a velocity along.
+  const auto hint = [&](const std::string& which) {
+    const Scenario scenario = read("[0, -10]", which, "[3, -1]");
+    for (const Problem& one : scenario.warnings)
+      if (says(one.message, "in the cells of this inflow")) return one.hint;
+    return std::string();
+  };
+  CHECK(says(hint(""), R"(with "dir": "x", "velocity": 3, and with "dir": "y", "velocity": -1,)"));
+  CHECK(says(hint(held), R"(with "dir": "y", "velocity": -1,)"));
+  CHECK(says(said("[0, -10]", held, "[3, -1]"),
+             "nothing holds the velocity along y in the cells of this inflow"));
+  CHECK(hint(held + R"(, {"nset": "inlet", "dir": "y", "velocity": -1})") == "");
 }
 
 TEST_CASE("nodes that push material out of their reach are warned of, with how far") {
@@ -105,6 +119,20 @@ TEST_CASE("nodes that push material out of their reach are warned of, with how f
                             R"("nset": "floor", "dir": "x", "velocity": 0.1)",
                             R"("nset_id": -1, "dir": "y", "velocity": -0.1)"})
     CHECK_FALSE(says(said_of_motion(other, long_run), push));
+}
+
+TEST_CASE("how far nodes push is guessed by the first step where steps are adaptive") {
+  // Waves have 82 m/s: half of what takes them through a cell of 0.5 m is 3.05 ms.
+  const auto said = [](const std::string& end) {
+    return said_of_motion(R"("nset": "above", "dir": "y", "velocity": -0.1)",
+                          R"("time_step": {"adaptive": true, "safety": 0.5}, )" + end);
+  };
+  CHECK(says(said(R"("nsteps": 4000)"),
+             "push material by 1.22 m, 2.44 cells in 4000 steps as long as the first, 0.00305 s"));
+  CHECK_FALSE(says(said(R"("nsteps": 500)"), "push material by"));
+  CHECK(says(said(R"("nsteps": 4000, "dt": 1e-3)"),
+             "push material by 0.4 m, 0.8 cells in 4000 steps as long as the first, 0.001 s"));
+  CHECK(says(said(R"("nsteps": 4000, "end_time": 10)"), "push material by 1 m, 2 cells: nodes"));
 }
 
 TEST_CASE("forces on nodes without material are warned of, with how many") {

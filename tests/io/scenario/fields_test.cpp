@@ -10,6 +10,7 @@
 #include "io/scenario/scenario.h"
 #include "io/scenario/stages.h"
 #include "tests/io/base/thread_team.h"
+#include "tests/within.h"
 
 using namespace lahar;
 
@@ -110,12 +111,12 @@ TEST_CASE("a random field has its mean, its variation and its correlation among 
   }
   mean /= static_cast<double>(n);
   const double deviation = std::sqrt(square / static_cast<double>(n) - mean * mean);
-  CHECK(mean == doctest::Approx(2e4).epsilon(0.02));
-  CHECK(deviation / mean == doctest::Approx(0.3).epsilon(0.05));
+  CHECK(mean == test::within(0.02, 2e4));
+  CHECK(deviation / mean == test::within(0.05, 0.3));
   REQUIRE(pairs > 1000);
   const double s2 = std::log1p(0.09), offset = -0.5 * s2;  // of the logarithm
   const double correlation = (near / static_cast<double>(pairs) - offset * offset) / s2;
-  CHECK(correlation == doctest::Approx(std::exp(-0.25 * 3.14159265)).epsilon(0.12));
+  CHECK(correlation == test::within(0.12, std::exp(-0.25 * 3.14159265)));
 }
 
 TEST_CASE("classes of a field have the id and name of their material, and others keep theirs") {

@@ -6,6 +6,7 @@
 
 #include "io/scenario/regions.h"
 #include "io/scenario/scenario.h"
+#include "tests/within.h"
 
 using namespace lahar;
 
@@ -105,9 +106,9 @@ TEST_CASE("layers reach from their surface to the next one, each with its materi
       CHECK(p.material[i] == layer);
   }
   const double above = 0.5 * 6.2 * 6.2, rock = 0.5 * 1.6 * 1.6 + 1.6 * 0.1 + 1.7 * 2.4;
-  CHECK(volume[0] == doctest::Approx(above).epsilon(3e-3));
-  CHECK(volume[1] == doctest::Approx(8 * 6.3 - above - rock).epsilon(3e-3));
-  CHECK(volume[2] == doctest::Approx(rock).epsilon(3e-3));
+  CHECK(volume[0] == test::within(3e-3, above));
+  CHECK(volume[1] == test::within(3e-3, 8 * 6.3 - above - rock));
+  CHECK(volume[2] == test::within(3e-3, rock));
   CHECK(p.x.size() > 9 * 8 * 6);  // three along each edge of a cell
 }
 
@@ -204,7 +205,7 @@ TEST_CASE("outlines with many corners are found by bands, holes and several poly
       least = std::min(least, (star[static_cast<std::size_t>(i)] - x).norm());
     if (x.x() == 0.2) least = 0.8;                          // of the hole
     if (x.x() == 40) least = (x - Vec<2>(30, 0.3)).norm();  // of the other polygon
-    CHECK(outlines.from_edge(x).norm() == doctest::Approx(least).epsilon(1e-3));
+    CHECK(outlines.from_edge(x).norm() == test::within(1e-3, least));
   }
   CHECK(outlines.crosses({0.5, 0.5}, {1.5, 1.5}));
   CHECK(!outlines.crosses({-0.5, -0.5}, {0.5, 0.5}));

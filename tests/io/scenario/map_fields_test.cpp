@@ -11,6 +11,7 @@
 #include "tests/io/base/thread_team.h"
 #include "tests/io/geometry/map_samples.h"
 #include "tests/io/scenario/said.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -166,10 +167,10 @@ TEST_CASE("a map of thicknesses has its volume, also where it has data in a part
   for (const double cell : {0.5, 1.0, 2.0}) {
     CAPTURE(cell);
     CHECK(volume([&](double x, double y) { return known(x, y) ? 1.5 : unknown; }, cell) ==
-          doctest::Approx(16 * 1.5).epsilon(0.01));
+          within(0.01, 16 * 1.5));
     // Cells that are 0 at the sides of the map go straight on to its edge, and not below 0.
     CHECK(volume([&](double x, double y) { return known(x, y) ? 1.5 : 0.0; }, cell) ==
-          doctest::Approx(16 * 1.5).epsilon(0.01));
+          within(0.01, 16 * 1.5));
     CHECK(volume([&](double x, double) { return 0.2 * std::max(0.0, x - cell / 2); }, cell) > 0);
   }
 }

@@ -9,6 +9,7 @@
 #include "io/scenario/scenario.h"
 #include "io/scenario/stages.h"
 #include "tests/io/scenario/said.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -85,14 +86,14 @@ TEST_CASE("rigid bodies: what moves how, and of what shape") {
   CHECK(std::isinf(bodies[1].friction));
   // A half disc: its centre is 4 r / (3 pi) above the diameter.
   CHECK(bodies[2].motion == Motion::free);
-  CHECK(bodies[2].mass == doctest::Approx(1000 * std::numbers::pi / 8).epsilon(1e-3));
-  CHECK(bodies[2].centre[0] == doctest::Approx(3).epsilon(1e-6));
-  CHECK(bodies[2].centre[1] == doctest::Approx(3 + 4 * 0.5 / (3 * std::numbers::pi)).epsilon(1e-3));
+  CHECK(bodies[2].mass == within(1e-3, 1000 * std::numbers::pi / 8));
+  CHECK(bodies[2].centre[0] == within(1e-6, 3));
+  CHECK(bodies[2].centre[1] == within(1e-3, 3 + 4 * 0.5 / (3 * std::numbers::pi)));
   CHECK(bodies[2].held == Vec<2>(1, 0));
   CHECK(bodies[2].spin[2] == 2);
   // A triangle, a third of its height from the wide end.
   CHECK(bodies[3].mass == doctest::Approx(7));
-  CHECK(bodies[3].centre[1] == doctest::Approx(3 - 0.5 / 3).epsilon(1e-3));
+  CHECK(bodies[3].centre[1] == within(1e-3, 3 - 0.5 / 3));
 }
 
 TEST_CASE("rigid bodies: the centre is that of the volume, unless the input gives it") {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tests/physics/geometry/ball_grid.h"
+#include "tests/within.h"
 
 using namespace lahar;
 
@@ -41,9 +42,9 @@ TEST_CASE("a ball of fewer triangles is closed, round, and encloses its volume")
   const TriangleEdges edges = edges_of(coarse);
   for (const TriangleFlaw& flaw : {edges.open, edges.branched, edges.turned})
     CHECK(flaw.count == 0);
-  for (const Vec<3>& x : coarse.points) CHECK(x.norm() == doctest::Approx(radius).epsilon(0.01));
+  for (const Vec<3>& x : coarse.points) CHECK(x.norm() == test::within(0.01, radius));
   CHECK(enclosed_volume(coarse) ==
-        doctest::Approx(4.0 / 3 * std::numbers::pi * std::pow(radius, 3)).epsilon(0.02));
+        test::within(0.02, 4.0 / 3 * std::numbers::pi * std::pow(radius, 3)));
 }
 
 TEST_CASE("bends and borders stay in their places where flat parts have fewer triangles") {

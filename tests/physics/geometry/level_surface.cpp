@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "tests/physics/geometry/ball_grid.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using test::ball;
@@ -29,7 +30,7 @@ TEST_CASE("the line around a disc is closed, has its length, and the disc on its
     for (const auto& [point, count] : begins) CHECK((count == 1 && ends[point] == 1));
     const double error = std::abs(length / (2 * std::numbers::pi * radius) - 1);
     CHECK(error < 0.6 * before);
-    CHECK(area == doctest::Approx(std::numbers::pi * radius * radius).epsilon(0.02));
+    CHECK(area == test::within(0.02, std::numbers::pi * radius * radius));
     before = error;
   }
   CHECK(before < 0.01);
@@ -42,7 +43,7 @@ TEST_CASE("the surface of a ball is closed and encloses its volume") {
   CHECK(edges.open.count == 0);
   CHECK(edges.turned.count == 0);
   CHECK(enclosed_volume(surface) ==
-        doctest::Approx(4.0 / 3 * std::numbers::pi * std::pow(radius, 3)).epsilon(0.01));
+        test::within(0.01, 4.0 / 3 * std::numbers::pi * std::pow(radius, 3)));
 }
 
 TEST_CASE("a surface that leaves the grid ends there") {

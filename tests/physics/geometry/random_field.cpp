@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/within.h"
+
 using namespace lahar;
 
 namespace {
@@ -49,9 +51,9 @@ TEST_CASE("a random field has mean 0, deviation 1 and the tails of a normal dist
   }
   constexpr double n = fields * places;
   CHECK(std::abs(mean / n) < 0.02);
-  CHECK(square / n == doctest::Approx(1).epsilon(0.03));
-  CHECK(fourth / n == doctest::Approx(3).epsilon(0.06));
-  CHECK(beyond / n == doctest::Approx(0.02275).epsilon(0.15));
+  CHECK(square / n == test::within(0.03, 1));
+  CHECK(fourth / n == test::within(0.06, 3));
+  CHECK(beyond / n == test::within(0.15, 0.02275));
 }
 
 TEST_CASE("the correlation of a random field falls with the distance as its kind says") {

@@ -3,9 +3,11 @@
 #include <doctest/doctest.h>
 
 #include "tests/physics/materials/soil_paths.h"
+#include "tests/within.h"
 
 using lahar::ModifiedCamClay;
 using lahar::Voigt;
+using lahar::test::within;
 using S = ModifiedCamClay::State;
 using Clay = soil::Particle<ModifiedCamClay>;
 
@@ -111,8 +113,7 @@ TEST_CASE("Cam-Clay: swelling follows de = -kappa ln(p / p0)") {
     c.strain({0.006, 0.006, 0.006, 0, 0, 0}, n);
     const double swelling = -m.kappa * std::log(c.p() / 2e5);
     // Moduli of the beginning of a step: the error is its change of p, halved.
-    CHECK(c.state[S::void_ratio] - e0 ==
-          doctest::Approx(swelling).epsilon(n == 1000 ? 7e-4 : 7e-5));
+    CHECK(c.state[S::void_ratio] - e0 == within(n == 1000 ? 7e-4 : 7e-5, swelling));
     CHECK(c.state[S::pvstrain] == 0);
   }
 }
@@ -122,8 +123,7 @@ TEST_CASE("Cam-Clay: virgin compression follows de = -lambda ln(p / p0)") {
   Clay c(m, soil::isotropic(2e5));
   const double e0 = c.state[S::void_ratio];
   c.strain({-0.01, -0.01, -0.01, 0, 0, 0}, 3000);
-  CHECK(e0 - c.state[S::void_ratio] ==
-        doctest::Approx(m.lambda * std::log(c.p() / 2e5)).epsilon(1e-3));
+  CHECK(e0 - c.state[S::void_ratio] == within(1e-3, m.lambda * std::log(c.p() / 2e5)));
   CHECK(c.p() == doctest::Approx(c.state[S::pc]).epsilon(1e-9));
 }
 
@@ -140,9 +140,9 @@ TEST_CASE("Cam-Clay: undrained triaxial compression of normally consolidated cla
       worst = std::max(worst, std::abs(c.p() / exact - 1));
     }
     CHECK(worst < 0.32 / n);
-    if (before > 0) CHECK(before / worst == doctest::Approx(2).epsilon(0.05));
+    if (before > 0) CHECK(before / worst == within(0.05, 2));
     before = worst;
-    CHECK(c.p() == doctest::Approx(2e5 * std::pow(2, m.kappa / m.lambda - 1)).epsilon(2e-4));
+    CHECK(c.p() == within(2e-4, 2e5 * std::pow(2, m.kappa / m.lambda - 1)));
     CHECK(c.q() == doctest::Approx(m.m * c.p()).epsilon(1e-9));
     CHECK(c.most_parts == 1);
   }
@@ -158,8 +158,8 @@ TEST_CASE("Cam-Clay: undrained, over-consolidated: p stays until the ellipse is 
     CHECK(c.p() == doctest::Approx(2e5).epsilon(1e-12));
     c.strain({5e-6, 5e-6, -1e-5, 0, 0, 0});
   }
-  CHECK(q == doctest::Approx(q_yield).epsilon(2e-3));
-  CHECK(c.q() == doctest::Approx(q_yield).epsilon(2e-3));
+  CHECK(q == within(2e-3, q_yield));
+  CHECK(c.q() == within(2e-3, q_yield));
 }
 
 TEST_CASE("Cam-Clay: drained triaxial compression ends at p = 3 p0 / (3 - M)") {
@@ -170,18 +170,17 @@ TEST_CASE("Cam-Clay: drained triaxial compression ends at p = 3 p0 / (3 - M)") {
                          m.kappa * std::log(2e5 / p0);  // at 1 Pa, before: on the swelling line
     CHECK(e_ncl == doctest::Approx(m.e_ref + m.lambda * std::log(m.p_ref)).epsilon(1e-12));
     soil::drained(c, 0.2, 2000);
-    CHECK(c.p() == doctest::Approx(3 * p0 / (3 - m.m)).epsilon(0.01));
-    CHECK(c.q() == doctest::Approx(m.m * c.p()).epsilon(0.015));
+    CHECK(c.p() == within(0.01, 3 * p0 / (3 - m.m)));
+    CHECK(c.q() == within(0.015, m.m * c.p()));
     // The critical state line lies (lambda - kappa) ln 2 below that of normal consolidation.
     const double e_critical =
         e_ncl - (m.lambda - m.kappa) * std::log(2) - m.lambda * std::log(c.p());
-    CHECK(c.state[S::void_ratio] == doctest::Approx(e_critical).epsilon(2e-3));
+    CHECK(c.state[S::void_ratio] == within(2e-3, e_critical));
     soil::drained(c, 0.5, 5000);
-    CHECK(c.p() == doctest::Approx(3 * p0 / (3 - m.m)).epsilon(1e-4));
-    CHECK(c.q() == doctest::Approx(m.m * c.p()).epsilon(1e-4));
+    CHECK(c.p() == within(1e-4, 3 * p0 / (3 - m.m)));
+    CHECK(c.q() == within(1e-4, m.m * c.p()));
     CHECK(c.state[S::void_ratio] ==
-          doctest::Approx(e_ncl - (m.lambda - m.kappa) * std::log(2) - m.lambda * std::log(c.p()))
-              .epsilon(5e-4));
+          within(5e-4, e_ncl - (m.lambda - m.kappa) * std::log(2) - m.lambda * std::log(c.p())));
   }
 }
 
@@ -195,7 +194,7 @@ TEST_CASE("Cam-Clay: three invariants: strength in compression and extension") {
   CHECK(compression.q() / compression.p() == doctest::Approx(m.m).epsilon(1e-8));
   CHECK(extension.q() / extension.p() == doctest::Approx(3 * m.m / (3 + m.m)).epsilon(1e-7));
   // Radial flow: without volume change in plane strain the intermediate stress is the mean.
-  CHECK(plane.invariants().theta == doctest::Approx(std::numbers::pi / 6).epsilon(1e-6));
+  CHECK(plane.invariants().theta == within(1e-6, std::numbers::pi / 6));
   CHECK(plane.q() / plane.p() == doctest::Approx(plane.state[S::m_theta]).epsilon(1e-8));
   m.three_invariants = false;
   Clay circle(m, soil::isotropic(2e5));
@@ -218,7 +217,7 @@ TEST_CASE("Cam-Clay: bonds of no strength, and bonds that are lost, leave plain 
   Clay bonds(bonded_law, soil::isotropic(2e5));
   bonds.strain({0.5, 0.5, -1.0, 0, 0, 0}, 10000);
   CHECK(bonds.state[S::chi] < 1e-2);
-  CHECK(bonds.q() / (bonds.p() + bonds.state[S::pcc]) == doctest::Approx(1.2).epsilon(0.01));
+  CHECK(bonds.q() / (bonds.p() + bonds.state[S::pcc]) == within(0.01, 1.2));
 }
 
 TEST_CASE("Cam-Clay: bonds strengthen and stiffen, and only ever degrade") {
@@ -232,7 +231,7 @@ TEST_CASE("Cam-Clay: bonds strengthen and stiffen, and only ever degrade") {
         doctest::Approx(K * 3 * 0.4 / 2.6 + law.m_shear * 0.5).epsilon(1e-12));
   // Isotropic compression: elastic up to pc + pcd + pcc, and no degradation even beyond.
   while (c.state[S::pvstrain] == 0) c.strain({-1e-5, -1e-5, -1e-5, 0, 0, 0});
-  CHECK(c.p() == doctest::Approx(2e5 + pcd + pcc).epsilon(2e-3));
+  CHECK(c.p() == within(2e-3, 2e5 + pcd + pcc));
   c.strain({-1e-3, -1e-3, -1e-3, 0, 0, 0}, 100);
   CHECK(c.state[S::chi] == doctest::Approx(1).epsilon(1e-12));
   soil::Random random;
@@ -269,7 +268,7 @@ TEST_CASE("Cam-Clay: the subloading surface") {
   CHECK(c.state[S::subloading_r] < R);
   CHECK(c.state[S::pdstrain] == sum);
   c.strain({0.25, 0.25, -0.5, 0, 0, 0}, 5000);
-  CHECK(c.q() / c.p() == doctest::Approx(m.m).epsilon(1e-3));
+  CHECK(c.q() / c.p() == within(1e-3, m.m));
   CHECK(c.state[S::subloading_r] <= 1);
 
   // Fast growth: no plastic strain before the yield surface, plain Cam-Clay.
@@ -298,7 +297,7 @@ TEST_CASE("Cam-Clay: a split increment converges with first order") {
   const Voigt increment{1e-3, 4e-4, -2e-3, 1e-3, 0, -5e-4};
   for (const ModifiedCamClay& law : {clay(), m}) {
     const Clay start(law, soil::isotropic(1.99e5));
-    CHECK(soil::order_when_split(start, increment, 64) == doctest::Approx(1).epsilon(0.05));
+    CHECK(soil::order_when_split(start, increment, 64) == within(0.05, 1));
   }
 }
 

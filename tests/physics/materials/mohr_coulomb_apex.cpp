@@ -6,6 +6,7 @@
 #include <random>
 
 #include "physics/materials/law.h"
+#include "tests/within.h"
 
 using namespace lahar;
 
@@ -64,7 +65,7 @@ TEST_CASE("sand without dilation that is sheared at the mean stress of its apex 
         // All of the strain is plastic.
         const double square = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] +
                               0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
-        CHECK(state[6] == doctest::Approx(std::sqrt(2.0 / 3 * square)).epsilon(1e-9));
+        CHECK(state[6] == test::within(1e-9, std::sqrt(2.0 / 3 * square)));
       }
     }
 }

@@ -5,9 +5,11 @@
 #include <tuple>
 
 #include "tests/physics/materials/soil_paths.h"
+#include "tests/within.h"
 
 using lahar::NorSand;
 using lahar::Voigt;
+using lahar::test::within;
 using S = NorSand::State;
 using Sand = soil::Particle<NorSand>;
 
@@ -65,7 +67,7 @@ TEST_CASE("NorSand: values frozen in the reference's unit tests") {
   Sand s(plain, soil::isotropic(2e5)), b(with_bonds, soil::isotropic(2e5));
   CHECK(s.state[S::M_theta] == doctest::Approx(1.2).epsilon(1e-12));
   CHECK(s.state[S::e_image] == doctest::Approx(0.8533924079).epsilon(1e-9));
-  CHECK(s.state[S::psi_image] == doctest::Approx(-0.0033924079).epsilon(1e-7));
+  CHECK(s.state[S::psi_image] == within(1e-7, -0.0033924079));
   const Voigt isochoric{-1e-4, 5e-5, 5e-5, 0, 0, 0},
       general{-1e-4, -5e-5, -5e-5, -1e-6, -2e-6, -3e-6};
   const auto check = [](const Sand& particle, const Voigt& expected) {
@@ -103,19 +105,19 @@ TEST_CASE("NorSand: as CB-Geo MPM, the plastic values frozen in its unit tests")
     f.m.as_cbgeo = true;
     Sand s(f.m, soil::isotropic(2e5));
     s.strain({-0.02, 0.01, 0.01, 0, 0, 0}, 2);
-    CHECK(s.stress[0] == doctest::Approx(f.axial).epsilon(near));
-    CHECK(s.stress[1] == doctest::Approx(f.lateral).epsilon(near));
-    CHECK(s.stress[2] == doctest::Approx(f.lateral).epsilon(near));
-    CHECK(s.state[S::M_image] == doctest::Approx(f.M_image).epsilon(near));
-    CHECK(s.state[S::e_image] == doctest::Approx(f.e_image).epsilon(near));
-    CHECK(s.state[S::psi_image] == doctest::Approx(f.psi_image).epsilon(near));
-    CHECK(s.state[S::p_image] == doctest::Approx(f.p_image).epsilon(near));
-    CHECK(s.state[S::pdstrain] == doctest::Approx(f.pdstrain).epsilon(near));
-    CHECK(s.state[S::plastic_strain] == doctest::Approx(f.plastic0).epsilon(near));
-    CHECK(s.state[S::plastic_strain + 1] == doctest::Approx(f.plastic1).epsilon(near));
+    CHECK(s.stress[0] == within(near, f.axial));
+    CHECK(s.stress[1] == within(near, f.lateral));
+    CHECK(s.stress[2] == within(near, f.lateral));
+    CHECK(s.state[S::M_image] == within(near, f.M_image));
+    CHECK(s.state[S::e_image] == within(near, f.e_image));
+    CHECK(s.state[S::psi_image] == within(near, f.psi_image));
+    CHECK(s.state[S::p_image] == within(near, f.p_image));
+    CHECK(s.state[S::pdstrain] == within(near, f.pdstrain));
+    CHECK(s.state[S::plastic_strain] == within(near, f.plastic0));
+    CHECK(s.state[S::plastic_strain + 1] == within(near, f.plastic1));
     if (!f.m.bond_model) continue;
-    CHECK(s.state[S::p_cohesion] == doctest::Approx(9.223987075729e3).epsilon(near));
-    CHECK(s.state[S::p_dilation] == doctest::Approx(1.9600162279288e4).epsilon(near));
+    CHECK(s.state[S::p_cohesion] == within(near, 9.223987075729e3));
+    CHECK(s.state[S::p_dilation] == within(near, 1.9600162279288e4));
   }
 }
 
@@ -129,7 +131,7 @@ TEST_CASE("NorSand: CB-Geo MPM's explicit steps tend to a stress near that of th
     Sand reference(m, soil::isotropic(1e5));
     reference.strain(increment, 4000);
     CHECK(lahar::distance(law.stress, reference.stress) < 0.03 * law.p());
-    CHECK(law.invariants().theta == doctest::Approx(reference.invariants().theta).epsilon(0.02));
+    CHECK(law.invariants().theta == within(0.02, reference.invariants().theta));
   }
 }
 
@@ -138,17 +140,17 @@ TEST_CASE("NorSand: elasticity: K = (1 + e) p / kappa, bonds add to it") {
     Sand s(m, soil::isotropic(1e5));
     s.strain(soil::isotropic(1e-9 / 3));
     const double K = 1.85 * 1e5 / 0.03 + (m.bond_model ? 10 * 3e4 : 0);
-    CHECK((s.p() - 1e5) / 1e-9 == doctest::Approx(K).epsilon(1e-6));
+    CHECK((s.p() - 1e5) / 1e-9 == within(1e-6, K));
     const double p = s.p();
     s.strain({0, 0, 0, 1e-9, 0, 0});
-    CHECK(s.stress[3] / 1e-9 == doctest::Approx(K * 3 * 0.4 / 2.6).epsilon(1e-6));
+    CHECK(s.stress[3] / 1e-9 == within(1e-6, K * 3 * 0.4 / 2.6));
     CHECK(s.p() == p);
   }
   const NorSand m = sand();
   Sand swelling(m, soil::isotropic(2e5));
   swelling.strain({0.006, 0.006, 0.006, 0, 0, 0}, 10000);
   CHECK(swelling.state[S::void_ratio] - 0.85 ==
-        doctest::Approx(-m.kappa * std::log(swelling.p() / 2e5)).epsilon(7e-5));
+        within(7e-5, -m.kappa * std::log(swelling.p() / 2e5)));
 }
 
 TEST_CASE("NorSand: the critical state is reached, undrained and drained, from loose and dense") {
@@ -156,14 +158,13 @@ TEST_CASE("NorSand: the critical state is reached, undrained and drained, from l
     const NorSand m = sand(e);
     Sand undrained(m, soil::isotropic(1e5)), drained(m, soil::isotropic(1e5));
     undrained.strain({-0.8, 0.4, 0.4, 0, 0, 0}, 4000);
-    CHECK(undrained.q() / undrained.p() == doctest::Approx(1.2).epsilon(1e-5));
-    CHECK(critical_void_ratio(m, undrained.p()) == doctest::Approx(e).epsilon(1e-5));
-    CHECK(undrained.state[S::p_image] == doctest::Approx(undrained.p()).epsilon(1e-4));
+    CHECK(undrained.q() / undrained.p() == within(1e-5, 1.2));
+    CHECK(critical_void_ratio(m, undrained.p()) == within(1e-5, e));
+    CHECK(undrained.state[S::p_image] == within(1e-4, undrained.p()));
     soil::drained(drained, 1.5, 4000);
-    CHECK(drained.q() / drained.p() == doctest::Approx(1.2).epsilon(1e-3));
-    CHECK(drained.p() == doctest::Approx(3 * 1e5 / (3 - 1.2)).epsilon(1e-3));
-    CHECK(drained.state[S::void_ratio] ==
-          doctest::Approx(critical_void_ratio(m, drained.p())).epsilon(5e-4));
+    CHECK(drained.q() / drained.p() == within(1e-3, 1.2));
+    CHECK(drained.p() == within(1e-3, 3 * 1e5 / (3 - 1.2)));
+    CHECK(drained.state[S::void_ratio] == within(5e-4, critical_void_ratio(m, drained.p())));
   }
 }
 
@@ -185,12 +186,12 @@ TEST_CASE("NorSand: dense sand dilates at most by chi psi, and its strength foll
       M_i = after.state[S::M_image];
     });
     CHECK(least < -0.1);
-    CHECK(eta == doctest::Approx(M_i - least).epsilon(1e-6));  // stress-dilatancy, D = M_i - eta
+    CHECK(eta == within(1e-6, M_i - least));  // stress-dilatancy, D = M_i - eta
     // p_i follows its limit at a distance that decreases with H.
     CHECK(least > chi_i_psi_i);
-    CHECK(least == doctest::Approx(chi_i_psi_i).epsilon(near));
+    CHECK(least == within(near, chi_i_psi_i));
     // chi_i is defined with M_tc instead of M_i,tc: equal for small psi only.
-    CHECK(chi_psi == doctest::Approx(chi_i_psi_i).epsilon(0.05));
+    CHECK(chi_psi == within(0.05, chi_i_psi_i));
   }
 }
 
@@ -201,9 +202,9 @@ TEST_CASE("NorSand: strength in compression, extension and plane strain") {
   extension.strain({0.8, -0.4, -0.4, 0, 0, 0}, 4000);
   plane.strain({-0.8, 0.8, 0, 0, 0, 0}, 4000);
   const double sine = 0.5;
-  CHECK(compression.q() / compression.p() == doctest::Approx(6 * sine / (3 - sine)).epsilon(1e-5));
-  CHECK(extension.q() / extension.p() == doctest::Approx(6 * sine / (3 + sine)).epsilon(1e-5));
-  CHECK(plane.q() / plane.p() == doctest::Approx(plane.state[S::M_theta]).epsilon(1e-5));
+  CHECK(compression.q() / compression.p() == within(1e-5, 6 * sine / (3 - sine)));
+  CHECK(extension.q() / extension.p() == within(1e-5, 6 * sine / (3 + sine)));
+  CHECK(plane.q() / plane.p() == within(1e-5, plane.state[S::M_theta]));
   CHECK(plane.state[S::M_theta] > 0.86);
   CHECK(plane.state[S::M_theta] < 1.2);
 }
@@ -240,8 +241,8 @@ TEST_CASE("NorSand: bonds of no strength, and bonds that are lost, leave plain N
   Sand lost(bonded_law, soil::isotropic(1e5));
   lost.strain({-3, 1.5, 1.5, 0, 0, 0}, 6000);
   CHECK(lost.state[S::p_dilation] < 1);
-  CHECK(lost.q() / lost.p() == doctest::Approx(1.2).epsilon(1e-3));
-  CHECK(critical_void_ratio(bonded_law, lost.p()) == doctest::Approx(0.85).epsilon(1e-3));
+  CHECK(lost.q() / lost.p() == within(1e-3, 1.2));
+  CHECK(critical_void_ratio(bonded_law, lost.p()) == within(1e-3, 0.85));
 }
 
 TEST_CASE("NorSand: bonds strengthen, and only ever degrade") {
@@ -282,9 +283,8 @@ TEST_CASE("NorSand: unloaded dense sand yields on its inner cap") {
     eta = s.q() / s.p();
   }
   const double M_i = s.state[S::M_image], psi_i = s.state[S::psi_image];
-  CHECK(eta == doctest::Approx(M_i - m.chi_image() * psi_i).epsilon(2e-3));
-  CHECK(s.state[S::p_image] ==
-        doctest::Approx(s.p() * std::exp(-m.chi_image() * psi_i / M_i)).epsilon(1e-6));
+  CHECK(eta == within(2e-3, M_i - m.chi_image() * psi_i));
+  CHECK(s.state[S::p_image] == within(1e-6, s.p() * std::exp(-m.chi_image() * psi_i / M_i)));
 }
 
 TEST_CASE("NorSand: a rotated path has the rotated stress") {
@@ -298,7 +298,7 @@ TEST_CASE("NorSand: a split increment converges with first order") {
   for (const NorSand& law : {sand(0.7), bonded(0.9)}) {
     Sand start(law, soil::isotropic(1e5));
     start.strain(increment, 100);  // yielding
-    CHECK(soil::order_when_split(start, increment, 64) == doctest::Approx(1).epsilon(0.05));
+    CHECK(soil::order_when_split(start, increment, 64) == within(0.05, 1));
   }
 }
 
@@ -329,7 +329,7 @@ TEST_CASE("NorSand: torn apart it has no stress, pressed together again it has")
   CHECK(s.p() > 500);
   // Bonds hold p_cohesion in isotropic tension.
   b.strain({0.05, 0.05, 0.05, 0, 0, 0}, 1000);
-  CHECK(b.p() == doctest::Approx(-1e4).epsilon(1e-4));
+  CHECK(b.p() == within(1e-4, -1e4));
 }
 
 TEST_CASE("NorSand: parameters that exclude each other are named") {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "runtime/picture/glyphs.h"
+#include "tests/within.h"
 
 using namespace lahar;
 
@@ -99,19 +100,19 @@ TEST_CASE("Shapes on a canvas have their areas, wherever they lie between pixels
   const double pi = std::acos(-1.0);
   Canvas disc(60, 60, 2);
   disc.circle(30.3, 29.7, 20, {.fill = "#000000"});
-  CHECK(ink(disc.pixels()) == doctest::Approx(4 * pi * 400).epsilon(0.005));  // 48 corners
+  CHECK(ink(disc.pixels()) == test::within(0.005, 4 * pi * 400));  // 48 corners
   Canvas ring(60, 60, 2);
   ring.circle(30.3, 29.7, 20, {.stroke = "#000000", .width = 3});
-  CHECK(ink(ring.pixels()) == doctest::Approx(4 * 2 * pi * 20 * 3).epsilon(0.01));
+  CHECK(ink(ring.pixels()) == test::within(0.01, 4 * 2 * pi * 20 * 3));
   Canvas line(60, 60, 2);
   line.line(5.2, 7.1, 48.9, 33.3, {.stroke = "#000000", .width = 1.5});
-  CHECK(ink(line.pixels()) == doctest::Approx(4 * 1.5 * std::hypot(43.7, 26.2)).epsilon(0.01));
+  CHECK(ink(line.pixels()) == test::within(0.01, 4 * 1.5 * std::hypot(43.7, 26.2)));
   Canvas dashed(60, 60, 2);
   dashed.line(5, 30, 55, 30, {.stroke = "#000000", .width = 2, .dash = "6 4"});
-  CHECK(ink(dashed.pixels()) == doctest::Approx(4 * 2 * 30).epsilon(0.01));
+  CHECK(ink(dashed.pixels()) == test::within(0.01, 4 * 2 * 30));
   Canvas half(60, 60, 1);
   half.rectangle(10, 10, 20, 30, {.fill = "#000000", .opacity = 0.5});
-  CHECK(ink(half.pixels()) == doctest::Approx(300).epsilon(0.01));
+  CHECK(ink(half.pixels()) == test::within(0.01, 300));
 }
 
 TEST_CASE("Shapes that leave a canvas are cut at its border") {
@@ -137,11 +138,11 @@ TEST_CASE("Texts have ink where they should, for all letters and any anchor") {
     return std::pair{x / sum, y / sum};
   };
   const double half = 0.5 * text_length("m/s² −12 µ", 20);
-  CHECK(half == doctest::Approx(58).epsilon(0.2));
+  CHECK(half == test::within(0.2, 58));
   const double start = place("start", 0).first;  // its middle, as far as ink is spread evenly
-  CHECK(start == doctest::Approx(150 + half).epsilon(0.08));
-  CHECK(place("middle", 0).first == doctest::Approx(start - half).epsilon(0.01));
-  CHECK(place("end", 0).first == doctest::Approx(start - 2 * half).epsilon(0.01));
-  CHECK(place("start", -90).second == doctest::Approx(300 - start).epsilon(0.03));
-  CHECK(place("start", -90).first == doctest::Approx(144).epsilon(0.05));
+  CHECK(start == test::within(0.08, 150 + half));
+  CHECK(place("middle", 0).first == test::within(0.01, start - half));
+  CHECK(place("end", 0).first == test::within(0.01, start - 2 * half));
+  CHECK(place("start", -90).second == test::within(0.03, 300 - start));
+  CHECK(place("start", -90).first == test::within(0.05, 144));
 }

@@ -7,6 +7,7 @@
 
 #include "physics/materials/law.h"
 #include "tests/runtime/step/models.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -208,6 +209,6 @@ TEST_CASE("nodes that are all accelerated move their particles as the function o
     for (std::size_t p = 0; p < model.particles.x.size(); ++p)
       begin += 0.5 * 0.01 * model.particles.volume[p] *
                model.materials[model.particles.material[p]].density;
-    CHECK(row.external == doctest::Approx(row.kinetic - begin).epsilon(1e-6));
+    CHECK(row.external == within(1e-6, row.kinetic - begin));
   }
 }

@@ -6,6 +6,7 @@
 #include "io/scenario/scenario.h"
 #include "runtime/step/simulation.h"
 #include "tests/plain_defaults.h"
+#include "tests/within.h"
 
 using namespace lahar;
 
@@ -28,7 +29,7 @@ TEST_CASE("a body of any size falls under gravity: momentum is m g t") {
     simulation.run();
     const HistoryRow row = simulation.history();
     CHECK(row.mass > 0);
-    CHECK(row.momentum[1] == doctest::Approx(-10 * row.mass * simulation.time()).epsilon(1e-9));
+    CHECK(row.momentum[1] == test::within(1e-9, -10 * row.mass * simulation.time()));
   }
 }
 

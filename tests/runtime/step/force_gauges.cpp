@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/runtime/step/models.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -168,10 +169,10 @@ TEST_CASE("forces on a set are moments about a point over their arms") {
       {"name": "left", "type": "force", "nset": "left", "at": [0, 0.4]}]}})");
   const auto rows = rows_of(model, 1000);
   const double weight = 10 * mass_of(model);
-  CHECK(rows.back().force[0] == doctest::Approx(weight).epsilon(1e-6));
+  CHECK(rows.back().force[0] == within(1e-6, weight));
   CHECK(std::abs(rows.back().force[1]) < 1e-6 * weight);
-  CHECK(rows.back().force[2] == doctest::Approx(0.3 * weight).epsilon(1e-6));  // -y F_x, y = -0.3 m
-  CHECK(std::isnan(rows.front().force[0]));  // nothing was measured yet
+  CHECK(rows.back().force[2] == within(1e-6, 0.3 * weight));  // -y F_x, y = -0.3 m
+  CHECK(std::isnan(rows.front().force[0]));                   // nothing was measured yet
 }
 
 TEST_CASE("water at rest presses on walls and floor as hydrostatics says") {
@@ -206,9 +207,9 @@ TEST_CASE("water at rest presses on walls and floor as hydrostatics says") {
     Measured run(model);
     run.simulation.run();
     const std::vector<double>& found = run.row;
-    CHECK(found[0] == doctest::Approx(force).epsilon(0.005));
+    CHECK(found[0] == within(0.005, force));
     // The resultant acts at a third of the depth.
-    CHECK(-found[2] == doctest::Approx(force * 0.2 / 3).epsilon(0.02));
+    CHECK(-found[2] == within(0.02, force * 0.2 / 3));
   }
 }
 
@@ -248,11 +249,11 @@ TEST_CASE("projections: water at rest presses on walls and floor as hydrostatics
   const auto last = [](const std::string& gauge) {
     return rows_of(projected_water("0.8", gauge, ""), 20).back().force;
   };
-  CHECK(last("right")[0] == doctest::Approx(side).epsilon(1e-6));
-  CHECK(last("right")[2] == doctest::Approx(-side * 0.4 / 3).epsilon(0.01));
-  CHECK(last("left")[0] == doctest::Approx(-side).epsilon(1e-6));
-  CHECK(last("floor")[1] == doctest::Approx(-weight).epsilon(1e-6));
-  CHECK(last("floor")[2] == doctest::Approx(weight * 0.4).epsilon(1e-6));
+  CHECK(last("right")[0] == within(1e-6, side));
+  CHECK(last("right")[2] == within(0.01, -side * 0.4 / 3));
+  CHECK(last("left")[0] == within(1e-6, -side));
+  CHECK(last("floor")[1] == within(1e-6, -weight));
+  CHECK(last("floor")[2] == within(1e-6, weight * 0.4));
 }
 
 TEST_CASE("projections: forces on all nodes and weight change the momentum, and nothing else") {
@@ -293,8 +294,8 @@ TEST_CASE("in quasi-static steps a support bears the weight, by itself and with 
   const auto model = model_of_text<2>(text);
   const double mass = mass_of(model);
   const auto rows = rows_of(model, 4);
-  CHECK(rows.back().force[0] == doctest::Approx(2 * mass).epsilon(1e-6));
-  CHECK(rows.back().force[1] == doctest::Approx(-10 * mass).epsilon(1e-6));
+  CHECK(rows.back().force[0] == within(1e-6, 2 * mass));
+  CHECK(rows.back().force[1] == within(1e-6, -10 * mass));
 }
 
 TEST_CASE("the force on a rigid body is the mean of what it is at the ends of steps") {

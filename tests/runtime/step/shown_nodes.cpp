@@ -9,6 +9,7 @@
 #include "runtime/output/node_job.h"
 #include "runtime/step/simulation.h"
 #include "tests/runtime/step/models.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -145,8 +146,8 @@ TEST_CASE("nodes of implicit steps have the mean velocity of the step") {
     const double middle = pieces.header.time - 0.5 * model.analysis.step.dt;
     const auto& velocity = nodes.find("velocity")->values;
     for (std::size_t i = 0; i < nodes.id.size(); ++i) {
-      CHECK(velocity[2 * i] == doctest::Approx(1.5).epsilon(1e-5));
-      CHECK(velocity[2 * i + 1] == doctest::Approx(-0.5 - 10 * middle).epsilon(1e-5));
+      CHECK(velocity[2 * i] == within(1e-5, 1.5));
+      CHECK(velocity[2 * i + 1] == within(1e-5, -0.5 - 10 * middle));
     }
   }
 }

@@ -10,6 +10,7 @@
 #include "runtime/step/simulation.h"
 #include "runtime/step/slide_notice.h"
 #include "tests/runtime/step/models.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -133,7 +134,7 @@ TEST_CASE(
       weights += -9.81 * mass[p] * frame.coordinates[2 * p + 1];
       stresses += volume[p] * stress[6 * p + 1];
     }
-    CHECK(stresses == doctest::Approx(weights).epsilon(5e-3));
+    CHECK(stresses == within(5e-3, weights));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tests/runtime/step/models.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -52,11 +53,11 @@ TEST_CASE("springs: a body swings with the period 2 pi sqrt(m / k), and the ener
     const double start = 0.5 * mass * speed * speed;
     simulation.advance(250);
     CHECK(std::abs(mean_velocity(simulation.frame())) < 0.02 * speed);
-    CHECK(simulation.history().external == doctest::Approx(-start).epsilon(0.01));
+    CHECK(simulation.history().external == within(0.01, -start));
     simulation.advance(250);
-    CHECK(mean_velocity(simulation.frame()) == doctest::Approx(speed).epsilon(0.01));
+    CHECK(mean_velocity(simulation.frame()) == within(0.01, speed));
     simulation.advance(500);
-    CHECK(mean_velocity(simulation.frame()) == doctest::Approx(-speed).epsilon(0.01));
+    CHECK(mean_velocity(simulation.frame()) == within(0.01, -speed));
     const HistoryRow row = simulation.history();
     CHECK(std::abs(row.balance) < 0.01 * start);
   }
@@ -69,8 +70,8 @@ TEST_CASE("springs: dashpots take what the oscillator's decay says") {
   Simulation simulation(block(Scheme::usl, 2 * decay * mass), flow(2));
   simulation.advance(static_cast<Index>(std::lround(damped / dt)));
   const double kept = std::exp(-decay * damped), start = 0.5 * mass * speed * speed;
-  CHECK(mean_velocity(simulation.frame()) == doctest::Approx(-kept * speed).epsilon(0.01));
+  CHECK(mean_velocity(simulation.frame()) == within(0.01, -kept * speed));
   const HistoryRow row = simulation.history();
-  CHECK(row.damping == doctest::Approx((1 - kept * kept) * start).epsilon(0.02));
+  CHECK(row.damping == within(0.02, (1 - kept * kept) * start));
   CHECK(std::abs(row.balance) < 0.01 * start);
 }

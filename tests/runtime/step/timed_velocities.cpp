@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tests/runtime/step/restart_checks.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -115,9 +116,9 @@ TEST_CASE("what nodes prescribe from the first step on, constant or not, particl
         const double v = constraints == constant ? velocity : velocity_at(row.time);
         CAPTURE(name);
         CAPTURE(update);
-        CHECK(row.momentum[0] == doctest::Approx(row.mass * v).epsilon(0.02));
-        CHECK(row.kinetic == doctest::Approx(0.5 * row.mass * v * v).epsilon(0.04));
-        CHECK(row.external == doctest::Approx(row.kinetic).epsilon(0.02));
+        CHECK(row.momentum[0] == within(0.02, row.mass * v));
+        CHECK(row.kinetic == within(0.04, 0.5 * row.mass * v * v));
+        CHECK(row.external == within(0.02, row.kinetic));
         // Particles that take velocities of nodes have those of the middle of the step.
         if (constraints != constant && update != "flip") continue;
         CHECK(std::abs(row.balance) < 1e-9 * row.kinetic);
@@ -214,7 +215,7 @@ TEST_CASE("nodes with a prescribed acceleration move as with the velocity that i
     CHECK(all_nodes.find("velocity")->values[k] == doctest::Approx(velocity).epsilon(1e-12));
     centre += all_nodes.coordinates[k] / static_cast<double>(all_nodes.coordinates.size() / 2);
   }
-  CHECK(centre - 2 == doctest::Approx(path).epsilon(1e-4));
+  CHECK(centre - 2 == within(1e-4, path));
 }
 
 TEST_CASE("particles that follow a function of time move by its integral") {
@@ -381,5 +382,5 @@ TEST_CASE("a piston that follows a function of time moves water that keeps its v
   for (std::size_t p = 0; p < n; ++p)
     risen += (end.coordinates[2 * p + 1] - start.coordinates[2 * p + 1]) / static_cast<double>(n);
   // Water of depth d is pushed together by x: d grows by d x / L, its centre by half of that.
-  CHECK(risen == doctest::Approx(0.5 * 0.5 * path_at(end.time)).epsilon(0.1));
+  CHECK(risen == within(0.1, 0.5 * 0.5 * path_at(end.time)));
 }

@@ -222,6 +222,26 @@ TEST_CASE("a time step that falls to nothing ends a run") {
   }
 }
 
+TEST_CASE("what a projection makes at a free surface is not blamed on the length of its steps") {
+  const WatchdogAlarm alarm{.kind = Kind::energy, .step = 8, .time = 0.5, .value = 2, .text = "x."};
+  const auto said = [&](const char* more) {
+    const auto model = model_of_text<2>(std::string(R"({
+      "mesh": {"structured": {"cell_size": 0.1, "counts": [4, 4]}},
+      "materials": [{"type": "Newtonian", "density": 1000, "bulk_modulus": 2e6,
+                     "dynamic_viscosity": 0.001}],
+      "particles": [{"generator": {"type": "region", "per_cell": 2, "material": 0}}],
+      "analysis": {"dt": 1e-5, "nsteps": 1)") +
+                                        more + "}}");
+    return watchdog_message(alarm, 8, "here", model);
+  };
+  const std::string projection = R"(, "mpm_scheme": "projection")";
+  CHECK(said("").find("Try a time step below 1e-05 s") != std::string::npos);
+  CHECK(said(projection.c_str()).find("Try a time step") == std::string::npos);
+  CHECK(said(projection.c_str()).find("shorter steps make it worse") != std::string::npos);
+  const std::string full = projection + R"(, "free_surface_detection": {"type": "none"})";
+  CHECK(said(full.c_str()).find("Try a time step below") != std::string::npos);
+}
+
 TEST_CASE("a particle that is squeezed or blown up beyond measure ends a run") {
   Model<2> model = two_discs();
   model.watchdog.compression = 0.99;

@@ -12,6 +12,7 @@
 #include "runtime/trace/analyse/project.h"
 #include "runtime/trace/analyse/replay.h"
 #include "tests/runtime/step/models.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -85,18 +86,18 @@ TEST_CASE("replay: a patch alone takes the time of its tasks, whatever the numbe
   const TraceLog log = Row{.patches = 1, .time = uneven}.log();
   for (const int threads : {1, 4}) {
     const Replay r = replay(log, {.threads = threads});
-    CHECK(r.total == doctest::Approx(log.run.wall).epsilon(1e-6));
-    CHECK(r.efficiency == doctest::Approx(1.0 / threads).epsilon(1e-6));
+    CHECK(r.total == within(1e-6, log.run.wall));
+    CHECK(r.efficiency == within(1e-6, 1.0 / threads));
     CHECK(r.step_time.size() == 10);
   }
 }
 
 TEST_CASE("replay: two patches without links take half of the time on two threads") {
   const TraceLog log = Row{.linked = false}.log();
-  CHECK(replay(log, {.threads = 1}).total == doctest::Approx(40 * ms).epsilon(1e-6));
+  CHECK(replay(log, {.threads = 1}).total == within(1e-6, 40 * ms));
   const Replay r = replay(log, {.threads = 2});
-  CHECK(r.total == doctest::Approx(20 * ms).epsilon(1e-6));
-  CHECK(r.load_balance == doctest::Approx(1.0).epsilon(1e-6));
+  CHECK(r.total == within(1e-6, 20 * ms));
+  CHECK(r.load_balance == within(1e-6, 1.0));
 }
 
 TEST_CASE("replay: a patch may be four steps ahead of the slowest, not more") {
@@ -107,11 +108,11 @@ TEST_CASE("replay: a patch may be four steps ahead of the slowest, not more") {
   // The first takes 20 ms. The second begins step 6 when the first has ended step 2, at 6 ms.
   const Replay r = replay(log, {.threads = 2});
   CHECK(max_lead == 4);
-  CHECK(r.total == doctest::Approx(20 * ms).epsilon(1e-6));
+  CHECK(r.total == within(1e-6, 20 * ms));
   const auto late = [](Step s, int, int p) { return p == 0 ? ms : s < 9 ? 0.0 : 10 * ms; };
   // Step 9 of the second: when the first has ended step 5, at 12 ms; 20 ms of work.
   CHECK(replay(Row{.linked = false, .time = late}.log(), {.threads = 2}).total ==
-        doctest::Approx(32 * ms).epsilon(1e-6));
+        within(1e-6, 32 * ms));
 }
 
 TEST_CASE("replay: two ranks wait for the latency of each exchange that nothing hides") {
@@ -119,11 +120,11 @@ TEST_CASE("replay: two ranks wait for the latency of each exchange that nothing 
   // A patch per rank: 20 tasks after each other, and 19 messages between them.
   for (const double l : {0.0, 0.5 * ms, 3 * ms}) {
     const Replay r = replay(log, {.network = latency(l)});
-    CHECK(r.total == doctest::Approx(20 * ms + 19 * l).epsilon(1e-5));
+    CHECK(r.total == within(1e-5, 20 * ms + 19 * l));
     CHECK(r.messages == 38);
-    CHECK(r.ideal_total == doctest::Approx(20 * ms).epsilon(1e-5));
-    CHECK(r.transfer == doctest::Approx(20 * ms / r.total).epsilon(1e-5));
-    CHECK(r.exposed == doctest::Approx(38 * l).epsilon(1e-4));
+    CHECK(r.ideal_total == within(1e-5, 20 * ms));
+    CHECK(r.transfer == within(1e-5, 20 * ms / r.total));
+    CHECK(r.exposed == (l > 0 ? within(1e-4, 38 * l) : doctest::Approx(0)));
   }
 }
 
@@ -170,13 +171,13 @@ TEST_CASE("replay: the recorded machine takes the time that was recorded, with b
   const Replay bulk = replay(log, {.bulk_synchronous = true});
   CHECK(bulk.total >= graph.total);
   // A barrier after each of 100 phases, and one at the end of each step, of a hop each.
-  CHECK(bulk.total == doctest::Approx(log.run.wall + (99 + 49) * l).epsilon(0.01));
+  CHECK(bulk.total == within(0.01, log.run.wall + (99 + 49) * l));
 }
 
 TEST_CASE("replay: work hides latency where a rank has patches that need no message") {
   const TraceLog log = Row{.patches = 8, .ranks = 2, .steps = 20}.log();
   const double alone = replay(log, {.network = latency(0)}).total;
-  CHECK(alone == doctest::Approx(160 * ms).epsilon(1e-5));
+  CHECK(alone == within(1e-5, 160 * ms));
   // Three patches of a millisecond each while the message of the first is under way.
   CHECK(replay(log, {.network = latency(2 * ms)}).total < 1.05 * alone);
   CHECK(replay(log, {.network = latency(2 * ms), .bulk_synchronous = true}).total > 1.3 * alone);
@@ -188,11 +189,10 @@ TEST_CASE("replay: a time step is agreed on by all ranks before it is used") {
   // "a" needs no dt and takes 1 ms: the reduction of 1 ms (2 ranks: one hop) after "b" and the
   // message of particles go on at the same time, then both wait for the message of sums.
   const Replay r = replay(row.log(), {.network = latency(l)});
-  CHECK(r.total == doctest::Approx(20 * ms + 19 * l).epsilon(1e-5));
+  CHECK(r.total == within(1e-5, 20 * ms + 19 * l));
   row.linked = false;  // b waits for the reduction, which a hides
-  CHECK(replay(row.log(), {.network = latency(l)}).total == doctest::Approx(20 * ms).epsilon(1e-5));
-  CHECK(replay(row.log(), {.network = latency(3 * l)}).total ==
-        doctest::Approx(20 * ms + 9 * 2 * l).epsilon(1e-5));
+  CHECK(replay(row.log(), {.network = latency(l)}).total == within(1e-5, 20 * ms));
+  CHECK(replay(row.log(), {.network = latency(3 * l)}).total == within(1e-5, 20 * ms + 9 * 2 * l));
 }
 
 TEST_CASE("replay: rests are what a rank does until the time step is agreed on") {
@@ -204,7 +204,7 @@ TEST_CASE("replay: rests are what a rank does until the time step is agreed on")
   // rests of the outer patches until 5 ms, of the middle one until 6. Messages of the outer ones
   // take two hops, to "a" and to "b", which the middle one does before.
   for (const double l : {0.0, 0.3 * ms, 0.9 * ms})
-    CHECK(replay(log, {.network = latency(l)}).total == doctest::Approx(60 * ms).epsilon(1e-5));
+    CHECK(replay(log, {.network = latency(l)}).total == within(1e-5, 60 * ms));
 }
 
 TEST_CASE("replay: barriers never make steps shorter, more threads never longer") {
@@ -240,8 +240,8 @@ TEST_CASE("replay: patches are dealt to another number of ranks by their work") 
   const TraceLog log = Row{.patches = 4, .time = time}.log();
   const Replay r = replay(log, {.ranks = 2, .network = Network::ideal()});
   REQUIRE(r.useful.size() == 2);
-  CHECK(r.useful[0] == doctest::Approx(60 * ms).epsilon(1e-6));
-  CHECK(r.useful[1] == doctest::Approx(60 * ms).epsilon(1e-6));
+  CHECK(r.useful[0] == within(1e-6, 60 * ms));
+  CHECK(r.useful[1] == within(1e-6, 60 * ms));
   CHECK(json_of(r).find("\"efficiency\"") != std::string::npos);
 }
 
@@ -267,7 +267,9 @@ TEST_CASE("replay: a recorded run on its own machine takes the time that it took
   const TraceLog log = read_trace(folder);
   std::filesystem::remove_all(folder);
   const Replay r = replay(log, {});
-  CHECK(r.total == doctest::Approx(log.run.wall).epsilon(0.1));
+  // Where others take the core meanwhile, the run waits, too.
+  CHECK(r.total < 1.1 * log.run.wall);
+  CHECK(r.total > 0.4 * log.run.wall);
   CHECK(replay(log, {.threads = 2}).total < r.total);
 }
 
@@ -279,8 +281,8 @@ TEST_CASE("a projection of steady work: weak scaling costs what messages cost, b
   CHECK(ideal.weak.back().cores == 1000);
   for (const ProjectionPoint& p : ideal.weak) {
     CAPTURE(p.cores);
-    CHECK(p.graph == doctest::Approx(32 * ms).epsilon(0.01));
-    CHECK(p.bulk == doctest::Approx(32 * ms).epsilon(0.01));
+    CHECK(p.graph == within(0.05, 32 * ms));  // its patches begin to overlap steps
+    CHECK(p.bulk == within(0.05, 32 * ms));
     CHECK(p.patches == doctest::Approx(16));
   }
   network = latency(0.5 * ms);
@@ -314,10 +316,10 @@ TEST_CASE("networks are read with units, mistakes are named with their place") {
     return read_network(path.string());
   };
   const Network n = read(R"({"latency": "2us", "bandwidth": "100Gbit/s", "overhead": 5e-7})");
-  CHECK(*n.latency == doctest::Approx(2e-6));
+  CHECK(*n.latency == within(1e-5, 2e-6));
   CHECK(*n.bandwidth == doctest::Approx(1.25e10));
-  CHECK(*n.overhead == doctest::Approx(5e-7));
-  CHECK(n.reduction(1000) == doctest::Approx(20e-6));
+  CHECK(*n.overhead == within(1e-5, 5e-7));
+  CHECK(n.reduction(1000) == within(1e-5, 20e-6));
   CHECK(!read("{}").latency);
   CHECK(*read(R"({"ideal": true})").latency == 0);
   CHECK(*read_network("ideal").latency == 0);

@@ -12,6 +12,7 @@
 #include "runtime/trace/analyse/replay.h"
 #include "tests/runtime/step/falling_water.h"
 #include "tests/runtime/trace/recorded.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -108,8 +109,7 @@ TEST_CASE("the critical path of a run with solves is its time, and leads from lo
   const TraceLog log = recorded(implicit_model(), on(2)).log;
   const TraceReport report = analyse(log);
   const auto& kinds = report.path.by_kind;
-  CHECK(std::accumulate(kinds.begin(), kinds.end(), 0.0) ==
-        doctest::Approx(log.run.wall).epsilon(1e-6));
+  CHECK(std::accumulate(kinds.begin(), kinds.end(), 0.0) == within(1e-6, log.run.wall));
   CHECK(on_path(report, PathPart::Kind::between) > 0);
   CHECK(on_path(report, PathPart::Kind::direct) == 0);
   std::set<int> loops;
@@ -119,8 +119,10 @@ TEST_CASE("the critical path of a run with solves is its time, and leads from lo
   CHECK(loops == std::set<int>{0, 1, 2, 3});
   double wall = 0;
   for (const LoopUse& loop : report.loops) wall += loop.wall;
-  CHECK(wall + on_path(report, PathPart::Kind::between) ==
-        doctest::Approx(log.run.wall).epsilon(0.02));
+  // What is left is when others had the core.
+  const double known = wall + on_path(report, PathPart::Kind::between);
+  CHECK(known < 1.02 * log.run.wall);
+  CHECK(known > 0.3 * log.run.wall);
 }
 
 TEST_CASE("a direct solve is a piece of the critical path") {
@@ -130,7 +132,7 @@ TEST_CASE("a direct solve is a piece of the critical path") {
   for (const TraceInterval& i : log.intervals)
     if (i.kind == TraceKind::direct) direct += i.end - i.begin;
   REQUIRE(direct > 0);
-  CHECK(on_path(analyse(log), PathPart::Kind::direct) == doctest::Approx(direct).epsilon(0.01));
+  CHECK(on_path(analyse(log), PathPart::Kind::direct) == within(0.01, direct));
 }
 
 TEST_CASE("steps that are not asked for leave no rounds in a trace") {
