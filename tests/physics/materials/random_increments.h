@@ -241,6 +241,8 @@ class RandomPaths {
  public:
   /// A stress beyond what is allowed by less than this share of the stresses about is rounding.
   static constexpr double tolerance = 1e-9;
+  /// The same of implicit steps, where MohrCoulombReturn::bisect() found it.
+  static constexpr double large_tolerance = 1e-6;
   static constexpr int steps = 32;
 
   /// One of `look` increments is judged; `widths`: each is done in packs of 1, 2 and 4, too;
@@ -422,7 +424,7 @@ class RandomPaths {
             tell("loses plastic strain", law, in, before, q, stress, 1u << lane, step);
         }
       found_.worst = std::max(found_.worst, share);
-      if (share <= tolerance) continue;
+      if (share <= (large_ ? large_tolerance : tolerance)) continue;
       ++found_.not_allowed;
       if (found_.first.empty()) tell("not allowed", law, in, before, q, stress, 1u << lane, step);
     }
