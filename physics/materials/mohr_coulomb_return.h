@@ -514,8 +514,9 @@ unsigned MohrCoulombUpdate::return_from_far(Real* stress, const Strength<Real>& 
       continue;
     }
     const Return::PointOf<Number> end = to.end(begin);
+    // The plastic strain that makes the deviator smaller, as in steps along tangents.
     using std::hypot;
-    const Number plastic_part = hypot(begin.x - end.x, begin.y - end.y);
+    const Number plastic_part = hypot(begin.x, begin.y) - hypot(end.x, end.y);
     set_lane(plane.x, lane, unit * end.x);
     set_lane(plane.y, lane, unit * end.y);
     set_lane(plane.p, lane, unit * end.p);

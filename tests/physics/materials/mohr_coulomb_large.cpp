@@ -12,6 +12,7 @@
 
 #include "physics/materials/tangent.h"
 #include "tests/physics/materials/largest_jump.h"
+#include "tests/physics/materials/random_increments.h"
 
 using namespace lahar;
 
@@ -127,6 +128,8 @@ TEST_CASE("Mohr-Coulomb in small increments: implicit steps end where explicit o
       double size = 0;
       for (const double s : near.stress) size = std::max(size, std::abs(s));
       CHECK(test::stress_difference(far, near) < 0.01 * size + increment);
+      // At the apex explicit steps go from sector to sector, and count strain on each way.
+      if (test::mises(near.stress.data()) < 0.01 * size + increment) continue;
       CHECK(std::abs(far.q[6] - near.q[6]) <= 0.01 * near.q[6]);
     }
   }
