@@ -136,6 +136,7 @@ TEST_CASE("in three dimensions a block on a slab as broad as it sticks or slides
   for (const Side& side : {Side{"at walls", 0, 0.4, walls}, Side{"within the mesh", 0.2, 0.8, ""}})
     for (const double mu : {0.0, 0.1, 0.4})
       for (const Setup& setup : setups_of(0.1)) {
+        if (setup.cell < 0.1 && (mu != 0.1 || side.at > 0)) continue;  // they take long
         const double y1 = side.at + 0.4;
         Model<3> model = model_by_default<3>(fmt::format(
             R"({{
