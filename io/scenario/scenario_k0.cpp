@@ -63,7 +63,9 @@ double ScenarioBuilder<Dim>::k0_of(const Material& material, const JsonValue& gi
     in_.error(*given.find("k0"),
               fmt::format("\"jaky\" needs a friction angle, which the material {} has not",
                           material.name),
-              "give a number; MohrCoulomb and DruckerPrager have friction angles");
+              fmt::format("give this material a number of its own: \"materials\": "
+                          "[{{\"material\": \"{}\", \"k0\": 0.5}}]",
+                          material.name));
   } else if (!written(given, "k0")) {
     in_.error(given, fmt::format("'k0' is missing for the material {}", material.name),
               "\"k0\": a number or \"jaky\" for all, or \"materials\": [{\"material\": ..., "

@@ -126,8 +126,10 @@ std::string progress_head() {
 
 std::string progress_line(const HistoryRow& row, double energy_scale, double rate,
                           double seconds_left) {
-  const std::string drift =
-      energy_scale > 0 ? fmt::format("{:.2e}", row.balance / energy_scale) : std::string("-");
+  constexpr double rounding = 1e-20;  // [J/kg] of material at rest
+  const std::string drift = energy_scale > rounding * row.mass
+                                ? fmt::format("{:.2e}", row.balance / energy_scale)
+                                : std::string("-");
   return fmt::format("{:>12} {:>11.5g} {:>10.3g} {:>12.4g} {:>13} {:>12.1f} {:>10}",
                      format_count(row.step), row.time, row.dt, row.kinetic, drift, rate * 1e-6,
                      format_seconds(seconds_left));
