@@ -298,13 +298,18 @@ void ScenarioBuilder<Dim>::warn_of_distant_bodies() {
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_fast_bodies() {
   constexpr double most = 0.5;  // cells in a step: the distance of particles
-  if (model_.rigid_bodies.empty() || is_implicit(model_.analysis) || rows_.total() == 0) return;
+  const auto moves = [](const RigidBody<Dim>& body) {
+    return body.motion != RigidBody<Dim>::Motion::fixed;
+  };
+  if (std::ranges::none_of(model_.rigid_bodies, moves) || is_implicit(model_.analysis) ||
+      rows_.total() == 0)
+    return;
   const auto entries = get_list(root_, "rigid_bodies");
   const double dt = first_step(), cell = outer_cell().minCoeff();
   if (!std::isfinite(dt)) return;
   for (std::size_t k = 0; k < std::min(entries.size(), model_.rigid_bodies.size()); ++k) {
     const RigidBody<Dim>& body = model_.rigid_bodies[k];
-    if (body.motion == RigidBody<Dim>::Motion::fixed) continue;
+    if (!moves(body)) continue;
     double factor = 1;
     if (body.function >= 0) {
       const MathFunction& f = model_.functions[static_cast<std::size_t>(body.function)];

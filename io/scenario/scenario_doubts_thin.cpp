@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/sort_unique.h"
 #include "physics/materials/law.h"
 
 namespace lahar {
@@ -158,6 +159,11 @@ struct ThinPlace {
   }
 };
 
+std::size_t place_in(const std::vector<Index>& sorted, Index value) {
+  return static_cast<std::size_t>(std::lower_bound(sorted.begin(), sorted.end(), value) -
+                                  sorted.begin());
+}
+
 template <int Dim>
 std::array<double, 3> three_components(const Vec<Dim>& x) {
   std::array<double, 3> to{};
@@ -194,7 +200,9 @@ std::vector<ThinPlace> thin_places(const std::vector<NearParticle<Dim>>& near,
     }
     ends.push_back(cells.size());
   }
-  const auto found = ask<SidesOfCell>(team, cells, keeper, [&](Index cell) {
+  std::vector<Index> asked = cells;
+  sort_unique(asked);
+  const auto answers = ask<SidesOfCell>(team, asked, keeper, [&](Index cell) {
     SidesOfCell answer;
     auto from = std::lower_bound(sides.begin(), sides.end(), cell,
                                  [](const Side& side, Index key) { return side.cell < key; });
@@ -208,7 +216,7 @@ std::vector<ThinPlace> thin_places(const std::vector<NearParticle<Dim>>& near,
     ThinPlace place{.beside = 1, .place = three_components<Dim>(p.x[i])};
     const auto normal = three_components<Dim>(at.normal);
     for (; c < ends[k]; ++c)
-      for (const Side& side : found[c].sides)
+      for (const Side& side : answers[place_in(asked, cells[c])].sides)
         if (side.body == body && side.contact == contact_of(i) && side.along(normal) < opposite &&
             at.distance + at.thickness + side.distance < limits.reach)
           place.shared = 1;

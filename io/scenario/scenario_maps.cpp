@@ -16,6 +16,8 @@ namespace {
 /// Of a raster that is finer, means over this part of the smallest cell of the mesh are taken [-].
 constexpr double finest_spacing = 0.5;
 
+/// Heights of tiles may differ by this part of a cell of the mesh [-].
+constexpr double least_step = 0.1;
 /// Surfaces reach beyond the mesh by this part of a cell [-]: rounding does not lose nodes.
 constexpr double overhang = 1e-3;
 
@@ -151,7 +153,8 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names, std::str
                 "and y = 0");
       return out;
     }
-    if (gap)
+    const bool hardly = unit == "m" && gap && gap->difference <= least_step * cell;
+    if (gap && !hardly)
       in_.warning(names,
                   fmt::format("'{}' and '{}' overlap and differ there, by up to {:.3g} {} at "
                               "({:.10g}, {:.10g}): the values of '{}' are taken, with a step where "

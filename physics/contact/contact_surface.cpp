@@ -92,7 +92,7 @@ Local first_node_of(const Patch<Dim>& patch, int body) {
 
 /// The least length of the sum of two normals of which their mean is one, and of what is left of a
 /// normal without the sides that bodies share.
-constexpr double least_sum_of_normals = 0.1, least_of_normal = 1e-3;
+constexpr double least_sum_of_normals = 0.1, least_of_normal = 0.05;
 
 /// Particles whose centres are no further from the axis through the node along the normal than this
 /// many cells are near it. At least one of them is, where the body lies before the node and has one

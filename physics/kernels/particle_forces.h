@@ -203,8 +203,8 @@ struct SidePush {
   Vec<Dim> offset = Vec<Dim>::Zero();  ///< [m] of the surface, along the axis alone
   int axis = 0;
 
-  /// From the force of contact, the couple N distance n n^T of a mean push N, and the reach, which
-  /// is the distance.
+  /// From the force of contact and its couple (rigid_contact.h). The push acts at the reach of the
+  /// particle, and has the moment of the couple.
   SidePush(const Vec<Dim>& force, const ContactCouple<Dim>& couple, double reach) {
     constexpr double least = 0.9;  // n_axis^2
     const double all = couple.diagonal().maxCoeff(&axis), of_all = couple.trace();

@@ -16,8 +16,8 @@
 /// little mass beyond a surface let an elastic body yield to a plate, by a fifth of its load.
 /// Implicit steps have no C.
 ///
-/// <N> is the mean of N since contact began, weighted with exp(-t / T), T = 3 h / 2 c_w with the
-/// speed of waves c_w. With N itself springs would act at other places than those at which their
+/// <N> is N smoothed in time, from zero on when contact begins, with T = 3 h / 2 c_w and the speed
+/// of waves c_w. With N itself springs would act at other places than those at which their
 /// length is measured. Such forces have no energy: bodies at rest began to shake. What is faster
 /// than T acts at centres, where lengths are measured, and only there.
 ///

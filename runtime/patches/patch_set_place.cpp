@@ -14,13 +14,14 @@ namespace lahar {
 namespace {
 
 /// Cells of a patch in which particles are placed beside others, so that they hold too much. One
-/// particle of four that has moved across the border of a cell, as beside a pit, is not too much.
+/// particle that has moved across the border of a cell, as beside a pit, is not too much.
 template <int Dim>
 void add_occupied(const Patch<Dim>& there, const Patch<Dim>& placed, const Model<Dim>& model,
                   OccupiedCells& found) {
-  constexpr double most = 1.4;  // of the cell's volume
+  constexpr double most = 1.15;  // of the cell's volume
   struct Content {
     double before = 0, placed = 0;  // [m^3]
+    double largest = 0;             // [m^3] of one particle before
     Index particles = 0;
     std::array<double, 3> place{};
   };
@@ -40,11 +41,15 @@ void add_occupied(const Patch<Dim>& there, const Patch<Dim>& placed, const Model
       content.place[static_cast<std::size_t>(d)] = placed.particles.row(Column::x, d)[p];
   });
   for_each(there, [&](Index cell, Local, double volume) {
-    if (const auto at = cells.find(cell); at != cells.end()) at->second.before += volume;
+    const auto at = cells.find(cell);
+    if (at == cells.end()) return;
+    at->second.before += volume;
+    at->second.largest = std::max(at->second.largest, volume);
   });
   for (const auto& [cell, content] : cells) {
     const double ratio = (content.before + content.placed) / model.mesh->cell_volume(cell);
-    if (content.before == 0 || !(ratio > most)) continue;
+    const double one = content.largest / model.mesh->cell_volume(cell);
+    if (content.before == 0 || !(ratio > most + one)) continue;
     ++found.cells;
     found.particles += content.particles;
     if (ratio > found.most) found.most = ratio, found.place = content.place;

@@ -59,8 +59,8 @@ TEST_CASE("in sheets the message says that no stress may act across them") {
   model.analysis.plane = Plane::stress;
   CHECK(run(model, serial()).error ==
         "step 0 (t = 0 s), rank 0, patch 0, stage stress: particle 0 at (1.25, 1.25) m, velocity "
-        "(-15000, -15000) m/s (and 3 more here): material 'stuff' found no stress that it allows "
-        "and that is zero across the sheet, after stress (0, 0, 0, 0, 0, 0) Pa (xx yy zz xy yz "
+        "(-15000, -15000) m/s (and 3 more here): material 'stuff' found no stress that it allows, "
+        "or none that is zero across the sheet, after stress (0, 0, 0, 0, 0, 0) Pa (xx yy zz xy yz "
         "xz). Check its parameters, reduce the time step, or use \"plane\": \"strain\" in "
         "\"analysis\".");
 }
