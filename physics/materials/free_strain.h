@@ -9,8 +9,8 @@ namespace lahar {
 
 /// Rounding of a stress that is to be zero, as a share of the stresses of the increment.
 inline constexpr double free_stress_tolerance = 1e-11;
-/// Errors of laws are smaller shares of these stresses (soil_stress.h). More than this means that no
-/// stress without this component was found.
+/// Errors of laws are smaller shares of these stresses (soil_stress.h). More than this means that
+/// no stress without this component was found.
 inline constexpr double most_free_stress = 1e-3;
 /// A stress that so small an elastic strain makes counts as none [-]: laws of soils are no more
 /// exact where they bear nothing.
