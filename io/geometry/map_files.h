@@ -79,10 +79,10 @@ struct TileDifference {
 
 /// The largest difference of tiles that overlap, from `low` to `high` on the map: of heights more
 /// than a tenth of a cell, a cell where the cells of the tiles do not meet; of other values more
-/// than a tenth. Looks at some places of large overlaps.
+/// than a tenth. Heights may differ by `harmless` [m]. Looks at some places of large overlaps.
 std::optional<TileDifference> difference_of_tiles(const std::vector<MapFile>& files,
                                                   const Vec<2>& low, const Vec<2>& high,
-                                                  bool heights);
+                                                  bool heights, double harmless = 0);
 
 /// The surface through the points of a part, moved by -`origin`. It reaches to the edges of the
 /// cells: straight on from the last two points.

@@ -34,7 +34,7 @@ std::vector<float> Raster::read(const Part&, Index, Index) const {
   refuse();
 }
 std::optional<TileDifference> difference_of_tiles(const std::vector<MapFile>&, const Vec<2>&,
-                                                  const Vec<2>&, bool) {
+                                                  const Vec<2>&, bool, double) {
   refuse();
 }
 std::string reference_name(const std::string&) {

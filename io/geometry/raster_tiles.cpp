@@ -85,7 +85,7 @@ class Tile {
     const auto width = static_cast<int>(n);
     if (gdal().GDALRasterIOEx(band, GF_Read, static_cast<int>(column), static_cast<int>(row), width,
                               1, to.data(), width, 1, GDT_Float32, 0, 0, &extra) != CE_None)
-      to.clear();  // whoever needs these rows will say so
+      to.clear();  // Raster::read() reports the error
     return to;
   }
 
@@ -110,7 +110,7 @@ std::vector<double> places(double low, double high, double cell) {
 
 std::optional<TileDifference> difference_of_tiles(const std::vector<MapFile>& files,
                                                   const Vec<2>& low, const Vec<2>& high,
-                                                  bool heights) {
+                                                  bool heights, double harmless) {
   if (files.size() < 2) return {};
   const QuietGdal quiet;
   std::vector<Tile> tiles;
@@ -133,7 +133,7 @@ std::optional<TileDifference> difference_of_tiles(const std::vector<MapFile>& fi
         for (std::size_t i = 0; i < x.size(); ++i) {
           const double difference = std::abs(one[i] - other[i]);
           const double most =
-              heights ? share * cell.minCoeff()
+              heights ? std::max(share * cell.minCoeff(), harmless)
                       : least_share_of_value * std::max(std::abs(one[i]), std::abs(other[i]));
           if (!(difference > worst_share * most)) continue;
           worst_share = difference / most;

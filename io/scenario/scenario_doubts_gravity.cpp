@@ -334,7 +334,7 @@ void ScenarioBuilder<Dim>::warn_of_fast_bodies() {
   }
 }
 
-// What nobody holds bears no force.
+// A node without a constraint bears no force.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_idle_gauges() {
   const auto entries = get_list(section("post_processing"), "gauges");

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "io/scenario/in_space.h"
 #include "io/scenario/scenario_builder.h"
 #include "physics/base/sort_unique.h"
 #include "physics/materials/law.h"
@@ -164,13 +165,6 @@ std::size_t place_in(const std::vector<Index>& sorted, Index value) {
                                   sorted.begin());
 }
 
-template <int Dim>
-std::array<double, 3> three_components(const Vec<Dim>& x) {
-  std::array<double, 3> to{};
-  std::copy_n(x.data(), Dim, to.begin());
-  return to;
-}
-
 /// What of particles beside thin bodies has material on the other side, by body. Collective.
 template <int Dim>
 std::vector<ThinPlace> thin_places(const std::vector<NearParticle<Dim>>& near,
@@ -182,8 +176,7 @@ std::vector<ThinPlace> thin_places(const std::vector<NearParticle<Dim>>& near,
   const auto keeper = [&](Index cell) { return team.member(cell, mesh.n_cells()); };
   std::vector<Side> sides;
   for (const auto& [i, body, at] : near)
-    sides.push_back(
-        {p.cell[i], body, contact_of(i), at.distance, three_components<Dim>(at.normal)});
+    sides.push_back({p.cell[i], body, contact_of(i), at.distance, in_space<Dim>(at.normal)});
   merge_sides(sides);
   std::vector<std::vector<Side>> to(static_cast<std::size_t>(team.size()));
   for (const Side& side : sides) to[static_cast<std::size_t>(keeper(side.cell))].push_back(side);
@@ -213,8 +206,8 @@ std::vector<ThinPlace> thin_places(const std::vector<NearParticle<Dim>>& near,
   std::vector<ThinPlace> own(model.rigid_bodies.size());
   for (std::size_t k = 0, c = 0; k < near.size(); ++k) {
     const auto& [i, body, at] = near[k];
-    ThinPlace place{.beside = 1, .place = three_components<Dim>(p.x[i])};
-    const auto normal = three_components<Dim>(at.normal);
+    ThinPlace place{.beside = 1, .place = in_space<Dim>(p.x[i])};
+    const auto normal = in_space<Dim>(at.normal);
     for (; c < ends[k]; ++c)
       for (const Side& side : answers[place_in(asked, cells[c])].sides)
         if (side.body == body && side.contact == contact_of(i) && side.along(normal) < opposite &&

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "io/base/text.h"
+#include "io/scenario/in_space.h"
 #include "io/scenario/scenario_builder.h"
 #include "physics/particles/columns.h"
 #include "physics/particles/derived_fields.h"
@@ -26,13 +27,6 @@ GaugeKind kind_of(const std::string& type) {
   if (type == "plane") return GaugeKind::plane;
   if (type == "force") return GaugeKind::force;
   return type == "particles" ? GaugeKind::particles : GaugeKind::track;
-}
-
-template <int Dim>
-std::array<double, 3> in_space(const Vec<Dim>& x) {
-  std::array<double, 3> all{};
-  std::copy_n(x.data(), Dim, all.begin());
-  return all;
 }
 
 }  // namespace

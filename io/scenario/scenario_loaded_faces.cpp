@@ -26,8 +26,9 @@ struct LoadedSide {
   double other_area = 0;  ///< [m^2]
 };
 
-/// Of the areas of a traction's particles. `is_own`: most of them are at a surface across it.
-/// Faces at the sides of the mesh are faces, too: then it is meant, however large the others are.
+/// Chooses the side from the areas of a traction's particles. `is_own`: most of the particles are
+/// at a surface across the traction. Then this surface is chosen, though another one is larger:
+/// sides of the mesh count as surfaces, too.
 template <int Dim>
 LoadedSide side_of(const ParticleTraction& traction, const SeenAreas<Dim>& total, double layers,
                    bool is_own) {

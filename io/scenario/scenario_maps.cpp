@@ -141,7 +141,7 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names, std::str
             for (const MapFile& file : files) check_ascii_grid(file);
           raster = std::make_unique<Raster>(files, unit);
           part = raster->part(from, to, finest_spacing * cell);
-          gap = difference_of_tiles(files, from, to, unit == "m");
+          gap = difference_of_tiles(files, from, to, unit == "m", least_step * cell);
         }))
       return out;
     if (!check_reference(names, raster->reference())) return out;
@@ -153,8 +153,7 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names, std::str
                 "and y = 0");
       return out;
     }
-    const bool hardly = unit == "m" && gap && gap->difference <= least_step * cell;
-    if (gap && !hardly)
+    if (gap)
       in_.warning(names,
                   fmt::format("'{}' and '{}' overlap and differ there, by up to {:.3g} {} at "
                               "({:.10g}, {:.10g}): the values of '{}' are taken, with a step where "

@@ -242,11 +242,15 @@ void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bi
   at.damping = at.swings = at.longest = 0;
 }
 
+/// Over how long pushes are smoothed for couples [s].
+double memory_time(const ContactBin& bin) {
+  return memory * bin.h / std::sqrt(bin.modulus / bin.density);
+}
+
 /// The couple after a step, from that before it and that of the present push.
 template <int Dim>
 ContactCouple<Dim> mean_couple(const ContactCouple<Dim>& before, const ContactCouple<Dim>& now,
-                               const ContactBin& bin, double dt) {
-  const double T = memory * bin.h / std::sqrt(bin.modulus / bin.density);
+                               double T, double dt) {
   return (T * before + dt * now) / (T + dt);
 }
 
@@ -333,7 +337,7 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
       patch, bins, [&](const ParticleBin& bin) { return is_near(patch, bin, bodies); },
       [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
         const ContactBin common = contact_bin(patch, step, bin);
-        const double longest = longest_step(step, common);
+        const double longest = longest_step(step, common), T = memory_time(common);
         TouchingPack<Dim> at;
         for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
           const unsigned all = first_bits<Pack>(bin.end - first);
@@ -370,8 +374,8 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
             set<Dim>(rows.shear, p, now[lane].shear);
             ContactCouple<Dim> couple = ContactCouple<Dim>::Zero();
             if (!implicit && now[lane].any)
-              couple = mean_couple<Dim>(contact_couple<Dim>(rows.couple, p), now[lane].couple,
-                                        common, step.dt);
+              couple = mean_couple<Dim>(contact_couple<Dim>(rows.couple, p), now[lane].couple, T,
+                                        step.dt);
             set_contact_couple<Dim>(rows.couple, p, couple);
           });
         }

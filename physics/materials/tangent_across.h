@@ -8,8 +8,7 @@ namespace lahar {
 
 /// stress_change() of the increment H, whose components across the plane are zero but for H[2][2].
 /// `free` (plane stress): H[2][2] is found first, so that the stress across the plane is zero;
-/// where there is no such stress, the increment has failed. `stress` has the four components of two
-/// dimensions.
+/// an increment for which this is not possible has failed. `stress` has four components.
 Failures stress_change_across(const Law& law, bool free, double (&H)[3][3], double dt,
                               Kinematics kinematics, const double* stress, const double* state,
                               StressChange<3>& to);

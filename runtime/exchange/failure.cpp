@@ -121,9 +121,8 @@ std::string describe_fault(const ParticleFault& fault, const Model<Dim>& model, 
       if (model.analysis.plane == Plane::stress)
         return fmt::format(
             "{}{}: material '{}' found no stress that it allows, or none that is zero across the "
-            "sheet, "
-            "after stress {} Pa (xx yy zz xy yz xz). Check its parameters, reduce the time step, "
-            "or use \"plane\": \"strain\" in \"analysis\".",
+            "sheet, after stress {} Pa (xx yy zz xy yz xz). Check its parameters, reduce the time "
+            "step, or use \"plane\": \"strain\" in \"analysis\".",
             particle, more, model.materials[fault.material].name, tuple(fault.stress));
       return fmt::format(
           "{}{}: material '{}' found no stress that it allows after stress {} Pa (xx yy zz xy yz "

@@ -202,7 +202,7 @@ TEST_CASE("tiles that differ where they overlap are found, with the place") {
   CHECK(found->below == "west.asc");
   CHECK(found->above == "east.asc");
   CHECK(gap(5, 0.5));
-  // Where nobody looks, and where one of them knows nothing.
+  // No difference outside of the window, and none where a tile has no data.
   const MapFile west = folder.write("west.asc", ascii_grid(plane_grid(8, 8, 0, 0, 1)));
   GridSample high = plane_grid(8, 8, 6, 0, 1);
   high.height = [](double x, double y) { return plane(x, y) + 5; };

@@ -92,7 +92,7 @@ TEST_CASE("of triangles only those get particles into which something flows from
   for (const bool rising : {true, false}) {
     CAPTURE(rising);
     const Injection<2> one = injection({}, triangles(rising));
-    // Of the squares 4 and 8 the triangle with the left side.
+    // Squares 4 and 8 each have a triangle with the left side: it gets particles.
     const Index left = rising ? 1 : 0;
     CHECK(one.cells == std::vector<Index>{8 + left, 16 + left});
     CHECK(one.n_cells() == 2);
