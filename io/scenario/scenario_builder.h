@@ -215,6 +215,8 @@ class ScenarioBuilder {
   void read_gauge(const JsonValue& entry);
   /// What a gauge of forces measures; false where it does not say, which was reported. Collective.
   bool read_held(const JsonValue& entry, Gauge& gauge);
+  /// Those of `nodes` that conditions of this member hold along an axis of the mesh; ascending.
+  std::vector<Index> held_nodes(const std::vector<Index>& nodes, int axis) const;
   void read_places(const JsonValue& entry, Gauge& gauge);
   std::vector<std::string> field_names() const;  ///< of particles, that frames may have
   void check_fields(const JsonValue& given);
@@ -245,6 +247,8 @@ class ScenarioBuilder {
   // scenario_layers.cpp
   std::optional<int> parts_of_cell(const JsonValue& generator);
   CutCells cut_cells_of(const JsonValue& generator, const Region<Dim>& region);
+  void warn_of_rounded_volume(const JsonValue& generator, const JsonValue& shape,
+                              const Region<Dim>& region, const NewParticles<Dim>& made);
   NewParticles<Dim> fill_region_of(const JsonValue& generator, const Region<Dim>& region);
   void generate_layers(const JsonValue& generator, const Region<Dim>& all);
   // scenario_particles.cpp

@@ -8,6 +8,7 @@
 #include "io/base/text.h"
 #include "io/scenario/in_space.h"
 #include "io/scenario/scenario_builder.h"
+#include "physics/base/sort_unique.h"
 #include "physics/particles/columns.h"
 #include "physics/particles/derived_fields.h"
 
@@ -150,7 +151,29 @@ bool ScenarioBuilder<Dim>::read_held(const JsonValue& entry, Gauge& gauge) {
   auto nodes = from_all(members(entry, "nset_id", "nset", sets_.nodes));
   if (!nodes) return false;
   gauge.ids = std::move(*nodes);
+  for (int d = 0; d < Dim; ++d) {
+    const auto held = from_all(held_nodes(gauge.ids, d));
+    gauge.held[static_cast<std::size_t>(d)] =
+        !gauge.ids.empty() && held->size() == gauge.ids.size();
+  }
   return true;
+}
+
+template <int Dim>
+std::vector<Index> ScenarioBuilder<Dim>::held_nodes(const std::vector<Index>& nodes,
+                                                    int axis) const {
+  std::vector<Index> held;
+  for_each_condition([&]<class T>() {
+    if constexpr (std::is_same_v<T, NodeForce> || std::is_same_v<T, NodePressure>) return;
+    for (const T& entry : entries_of<T>(model_)) {
+      const auto [node, direction] = place_of(entry);
+      if (direction == axis && std::ranges::binary_search(nodes, node) &&
+          !std::ranges::binary_search(model_.node_frames, node, {}, &NodeFrame<Dim>::node))
+        held.push_back(node);
+    }
+  });
+  sort_unique(held);
+  return held;
 }
 
 template <int Dim>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "physics/boundary/wall_axes.h"
 #include "physics/kernels/implicit_walls.h"
 #include "physics/kernels/nodal_motion.h"
 #include "physics/model/transfer_options.h"
@@ -31,12 +32,39 @@ double share_taken(const Patch<Dim>& patch, const StepContext<Dim>& step, Local 
 using Measured = std::span<const Gauge* const>;
 
 template <int Dim>
-void add_to_gauge(Patch<Dim>& patch, const Model<Dim>& model, Measured gauges, Local node,
-                  std::size_t gauge, const Vec<Dim>& force) {
-  const Vec<Dim> x = place_of(patch, *model.mesh, node);
-  Vec<Dim> arm;
-  for (int d = 0; d < Dim; ++d) arm[d] = x[d] - gauges[gauge]->origin[static_cast<std::size_t>(d)];
-  patch.supports[gauge].template add<Dim>(force, arm);
+void add_to_gauge(Patch<Dim>& patch, const Model<Dim>& model, Measured gauges,
+                  const typename Patch<Dim>::MeasuredNode& at, const Vec<Dim>& force) {
+  const Vec<Dim> x = place_of(patch, *model.mesh, at.node);
+  Vec<Dim> arm, counted;
+  for (int d = 0; d < Dim; ++d) {
+    const auto k = static_cast<std::size_t>(d);
+    arm[d] = x[d] - gauges[at.gauge]->origin[k];
+    counted[d] = at.counts[k] ? force[d] : 0.0;
+  }
+  patch.supports[at.gauge].template add<Dim>(counted, arm);
+}
+
+/// By node: bit d says that the node is held along axis d. Walls along none of the axes hold none.
+template <int Dim>
+std::vector<unsigned> held_axes(const Patch<Dim>& patch) {
+  std::vector<unsigned> held(static_cast<std::size_t>(patch.n_nodes()), 0);
+  const auto hold = [&](Local node, int axis) {
+    held[static_cast<std::size_t>(node)] |= 1U << static_cast<unsigned>(axis);
+  };
+  for (const auto& at : patch.fixed) hold(at.node, at.dir);
+  for (const auto& at : patch.fixed_displacement) hold(at.node, at.dir);
+  for_each_acting_list(patch.acting, [&](const auto& list) {
+    for (const auto& at : list) hold(at.node, place_of(at.condition).second);
+  });
+  for (const ConstrainedNode<Dim>& wall : patch.walls)
+    for (int k = 0; k < Dim; ++k) {
+      const auto axis = static_cast<std::size_t>(k);
+      if (!wall.fixed[axis] && !wall.accelerated[axis] && wall.pushes[axis] == 0 &&
+          wall.normal != k)
+        continue;
+      if (const auto global = global_axis(wall, k)) hold(wall.node, global->dir);
+    }
+  return held;
 }
 
 template <int Dim>
@@ -50,13 +78,14 @@ std::vector<const Gauge*> force_gauges(const Model<Dim>& model) {
 template <int Dim>
 void add(Patch<Dim>& patch, const Model<Dim>& model, const NodeArray& velocity, auto force) {
   const auto gauges = force_gauges(model);
-  for (const auto [node, gauge] : patch.measured) {
+  for (const auto& measured : patch.measured) {
+    const Local node = measured.node;
     if (!patch.node_is_active[static_cast<std::size_t>(node)]) continue;
     if (!more_than(at(velocity, node)[mass_lane], patch.least_mass)) continue;
     const NodeVector all = force(node);
     Vec<Dim> on_support;
     for (int d = 0; d < Dim; ++d) on_support[d] = all[d];
-    add_to_gauge<Dim>(patch, model, gauges, node, gauge, on_support);
+    add_to_gauge<Dim>(patch, model, gauges, measured, on_support);
   }
 }
 
@@ -99,18 +128,28 @@ void add_support(Patch<Dim>& patch, const Model<Dim>& model, Local node, const V
   if (at == patch.measured.end() || at->node != node) return;
   const auto gauges = force_gauges(model);
   for (; at != patch.measured.end() && at->node == node; ++at)
-    add_to_gauge<Dim>(patch, model, gauges, node, at->gauge, force);
+    add_to_gauge<Dim>(patch, model, gauges, *at, force);
 }
 
 template <int Dim>
 void set_measured_nodes(Patch<Dim>& patch, const Model<Dim>& model) {
   std::size_t gauges = 0;
+  std::vector<unsigned> held;
   for_each_force_gauge(model, [&](const Gauge& gauge, std::size_t k) {
     gauges = k + 1;
-    for (Local i = 0; i < patch.n_nodes() && !gauge.ids.empty(); ++i)
-      if (std::binary_search(gauge.ids.begin(), gauge.ids.end(),
-                             node_of_mesh(patch, *model.mesh, i)))
-        patch.measured.push_back({i, k});
+    if (gauge.ids.empty()) return;
+    const bool is_wall = std::ranges::find(gauge.held, true) != gauge.held.end();
+    if (is_wall && held.empty()) held = held_axes(patch);
+    for (Local i = 0; i < patch.n_nodes(); ++i) {
+      if (!std::binary_search(gauge.ids.begin(), gauge.ids.end(),
+                              node_of_mesh(patch, *model.mesh, i)))
+        continue;
+      typename Patch<Dim>::MeasuredNode measured{.node = i, .gauge = k};
+      for (std::size_t d = 0; d < Dim; ++d)
+        measured.counts[d] =
+            !is_wall || gauge.held[d] || (held[static_cast<std::size_t>(i)] >> d & 1U) == 0;
+      patch.measured.push_back(measured);
+    }
   });
   std::stable_sort(patch.measured.begin(), patch.measured.end(),
                    [](const auto& a, const auto& b) { return a.node < b.node; });

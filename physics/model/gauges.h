@@ -33,6 +33,9 @@ struct Gauge {
   bool of_set = false;             ///< only `ids` count
   std::vector<Index> ids;          ///< ascending: of particles, or of nodes that bear forces
   int body = -1;                   ///< of forces: number of the rigid body; -1 = on nodes
+  /// Of forces on nodes: axes along which all of `ids` are held, as a wall is. If there are any,
+  /// what holds single nodes along other axes belongs to other walls, as in corners.
+  std::array<bool, 3> held{};
 };
 
 /// Rasters in plan of what happened in the whole run; in three dimensions only.

@@ -280,7 +280,8 @@ struct Patch {
   /// A node at which a gauge measures what holds it (node_supports.h).
   struct MeasuredNode {
     Local node;
-    std::size_t gauge;  ///< number of the gauge among those of forces
+    std::size_t gauge;               ///< number of the gauge among those of forces
+    std::array<bool, Dim> counts{};  ///< the components of the force that are the gauge's
   };
   std::vector<MeasuredNode> measured;  ///< ascending nodes
   std::vector<Reaction> supports;      ///< of this step, on what holds them, by gauge of forces
