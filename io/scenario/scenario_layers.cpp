@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "io/scenario/scenario_builder.h"
 #include "io/scenario/surface_order.h"
@@ -76,12 +77,36 @@ NewParticles<Dim> ScenarioBuilder<Dim>::fill_region_of(const JsonValue& generato
                                                        const Region<Dim>& region) {
   const auto n = parts_of_cell(generator);
   if (!n) return {};
-  auto fresh = fill(generator, region, *n, cut_cells_of(generator, region));
+  const CutCells cut = cut_cells_of(generator, region);
+  auto fresh = fill(generator, region, *n, cut);
   fresh.parts = *n;
   const JsonValue* shape = generator.find("region");
   const Index made = team_.sum(static_cast<Index>(fresh.x.size()));
   if (shape && made > 0) warn_of_clipping(*shape, region, made);
+  if (shape && cut == CutCells::centres && !generator.find("cut_cells") && mesh_->is_multilinear())
+    warn_of_rounded_volume(generator, *shape, region, fresh);
   return fresh;
+}
+
+// Simple shapes keep whole parts, whose domains are those of boxes (GIMP, CPDI), and which are not
+// light. So the volume is right only where their faces lie between parts.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_rounded_volume(const JsonValue& generator,
+                                                  const JsonValue& shape, const Region<Dim>& region,
+                                                  const NewParticles<Dim>& made) {
+  constexpr double most = 0.01;
+  const auto volume = [&](const NewParticles<Dim>& particles) {
+    return team_.sum(std::accumulate(particles.volume.begin(), particles.volume.end(), 0.0));
+  };
+  const double exact = volume(fill(generator, region, made.parts, CutCells::exact));
+  const double error = volume(made) / exact - 1;
+  if (!(exact > 0 && std::abs(error) > most)) return;
+  in_.warning(shape,
+              fmt::format("the particles have {:.1f} % {} volume than this region: each part of a "
+                          "cell whose centre is inside counts as a whole",
+                          100 * std::abs(error), error > 0 ? "more" : "less"),
+              "\"cut_cells\": \"exact\" gives particles the volume that is inside, lighter ones at "
+              "the surface; or take smaller cells, or a larger 'per_cell'");
 }
 
 // A region that ends at a surface means soil up to it, and nothing lies between it and the first

@@ -4,8 +4,11 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <numeric>
 
 #include "io/scenario/particles_generator.h"
 #include "tests/within.h"
@@ -101,6 +104,40 @@ TEST_CASE(
   CHECK(volume == test::within(0.005, 12));
   CHECK(least < 0.2);  // of 0.25
   for (const double V : particles(R"(, "cut_cells": "centres")").volume) CHECK(V == 0.25);
+}
+
+TEST_CASE(
+    "simple shapes that end inside of cells keep whole parts, and a warning says what it does") {
+  std::size_t warnings = 0;
+  const auto volume = [&](const std::string& region, const std::string& keys = "") {
+    const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "counts": [12, 12]}},
+        "particles": [{"generator": {"type": "region", "material": "a")" +
+                             keys + R"(, "region": )" + region + R"(}}],
+        "materials": [{"name": "a", "type": "LinearElastic", "density": 1, "youngs_modulus": 1,
+                       "poisson_ratio": 0}],
+        "analysis": {"nsteps": 1}})";
+    const Scenario scenario = read_scenario_text(text, "");
+    const auto& volumes = std::get<Model<2>>(scenario.model).particles.volume;
+    warnings = static_cast<std::size_t>(std::ranges::count_if(scenario.warnings, [](auto& warning) {
+      return warning.message ==
+                 "the particles have 4.8 % less volume than this region: each part of a cell whose "
+                 "centre is inside counts as a whole" ||
+             warning.message.find("more volume than this region") != std::string::npos;
+    }));
+    return std::accumulate(volumes.begin(), volumes.end(), 0.0);
+  };
+  const std::string box = R"({"box": {"min": [0, 0], "max": [10, 2.1]}})",
+                    disc = R"({"sphere": {"centre": [6, 6], "radius": 2}})";
+  CHECK(volume(box) == 20);
+  CHECK(warnings == 1);
+  CHECK(volume(box, R"(, "cut_cells": "exact")") == test::within(0.005, 21));
+  CHECK(warnings == 0);
+  CHECK(volume(box, R"(, "per_cell": 10)") == test::within(1e-12, 21));
+  CHECK(warnings == 0);
+  CHECK(volume(disc) > 1.01 * std::numbers::pi * 4);
+  CHECK(warnings == 1);
+  volume(disc, R"(, "cut_cells": "centres")");  // by the user's wish
+  CHECK(warnings == 0);
 }
 
 TEST_CASE("a polygon in three dimensions is extruded along its axis") {
