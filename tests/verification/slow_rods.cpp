@@ -39,8 +39,7 @@ Numbers collapse(const Resolution& at) {
           {"failure at the floor", rest.last_above(0.05 * H)},
           {"failure at the top", rest.last_above(0.95 * H)},
           {"unrest", unrest(simulation.history(), H)},
-          {"lost share", lost_share(simulation)},
-          {"dt", mean_step(simulation)}};
+          {"lost share", lost_share(simulation)}};
 }
 
 }  // namespace

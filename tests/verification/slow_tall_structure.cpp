@@ -36,7 +36,6 @@ Numbers impact(const Resolution& at) {
   run_to_end(simulation);
   keep_curve("structure-force", at, force);
   Numbers n = numbers_of(force);
-  n["dt"] = mean_step(simulation);
   n["lost share"] = lost_share(simulation);
   return n;
 }

@@ -40,8 +40,7 @@ Numbers impact(const Resolution& at) {
   }
   for (double& f : force.y) f /= -weight;  // the wall is pushed along -x
   keep_curve("chute-force", at, force);
-  Numbers n{{"dt", mean_step(simulation)},
-            {"lost share", lost_share(simulation)},
+  Numbers n{{"lost share", lost_share(simulation)},
             {"friction of the bed", friction.at(0.3)},
             {"largest force / weight", 0}};
   const double end = force.x.back();
