@@ -23,6 +23,18 @@ constexpr double most_share = 1.5;     ///< of m / dt^2 that k may be
 constexpr double most_of_body = 0.5;   ///< the same of a free body, all its springs together
 constexpr double memory = 1.5;         ///< of couples, in cells that waves pass
 
+/// The edge of a square or a cube.
+template <int Dim>
+double edge_of_box(double volume) {
+  return Dim == 2 ? std::sqrt(volume) : std::cbrt(volume);
+}
+
+/// And one of its sides.
+template <int Dim>
+double side_of_box(double edge) {
+  return Dim == 2 ? edge : edge * edge;
+}
+
 /// A particle where it will be at the end of the step.
 template <int Dim>
 struct Touching {
@@ -30,7 +42,7 @@ struct Touching {
   double dt;                  ///< [s]
   double mass;                ///< [kg]
   double depth;               ///< [m] of the model there: depth_at()
-  double section, h;          ///< [m^Dim] volume over depth; [m] of the cell
+  double section, edge, h;    ///< [m^Dim] volume over depth; [m] of a box of it; [m] of the cell
   double area, reach;         ///< [m^2] of its surface, [m]
   double stiffness, damping;  ///< k, c
   double swings, longest;     ///< [kg] that the dashpot damps; [s] the longest step, 0 = any
@@ -106,10 +118,9 @@ unsigned which_are_away(const TouchingPack<Dim>& at, unsigned bits, const Bodies
 template <int Dim>
 double sticky_area(const Touching<Dim>& p, const Vec<Dim>& normal) {
   constexpr double along_axis = 0.99, behind_sliver = 1.7, whole = 0.95;
-  const double edge = std::pow(p.section, 1.0 / Dim);
-  const double reach = p.reach / (0.5 * edge);
+  const double reach = p.reach / (0.5 * p.edge);
   if (normal.cwiseAbs().maxCoeff() > along_axis) return reach <= behind_sliver ? p.area : 0.0;
-  const double thickness = reach < whole ? std::max(edge, 0.5 * p.h) : edge;
+  const double thickness = reach < whole ? std::max(p.edge, 0.5 * p.h) : p.edge;
   return p.depth * p.section / thickness;
 }
 
@@ -199,7 +210,7 @@ void set(const std::array<double*, Dim>& rows, Local p, const Vec<Dim>& value) {
 /// distance to the surface of the body that it is part of, or 0. `volume` [m^Dim] of its section.
 template <int Dim>
 double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<Dim>& bodies) {
-  double reach = given < 0 ? -given : 0.5 * std::pow(volume, 1.0 / Dim);
+  double reach = given < 0 ? -given : 0.5 * edge_of_box<Dim>(volume);
   for (std::size_t k = 0; k < bodies.size(); ++k)
     reach = std::min(reach, bodies.nearest(k, x).distance);
   return std::max(reach, std::numeric_limits<double>::min());
@@ -224,9 +235,9 @@ ContactBin contact_bin(const Patch<Dim>& patch, const StepContext<Dim>& step,
 /// The surface by which a particle touches [m^(Dim - 1)]. A particle whose volume a surface has cut
 /// lies flat on it, twice its reach thick.
 template <int Dim>
-double contact_area(double volume, double reach, double h) {
-  const double of_box = std::pow(volume, 1 - 1.0 / Dim);
-  return std::max(of_box, std::min(0.5 * volume / reach, std::pow(0.5 * h, Dim - 1)));
+double contact_area(double volume, double edge, double reach, double h) {
+  const double flat = std::min(0.5 * volume / reach, side_of_box<Dim>(0.5 * h));
+  return std::max(side_of_box<Dim>(edge), flat);
 }
 
 /// A particle at the beginning of a step.
@@ -261,8 +272,9 @@ void move_with_step(Touching<Dim>& p, const ContactBin& bin, const Vec<Dim>& mov
   p.move = move;
   p.dt = dt;
   p.section = p.mass / (bin.density * p.depth);
+  p.edge = edge_of_box<Dim>(p.section);
   p.h = bin.h;
-  p.area = p.depth * contact_area<Dim>(p.section, p.reach, bin.h);
+  p.area = p.depth * contact_area<Dim>(p.section, p.edge, p.reach, bin.h);
   p.stiffness = bin.modulus * p.area / (0.5 * bin.h);
 }
 
@@ -478,10 +490,12 @@ void keep_outside(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
       for_each_bit(not_zero(rows.force, first, bin.end), [&](int lane) {
         const Local p = first + lane;
         for (std::size_t k = 0; k < bodies.size(); ++k) {
-          const auto near = bodies.nearest(k, get<Dim>(rows.x, p));
+          const Vec<Dim> x = get<Dim>(rows.x, p);
+          if (bodies.is_beyond(k, x, 0.0)) continue;
+          const auto near = bodies.nearest(k, x);
           if (!(near.distance < 0)) continue;
           const Vec<Dim> out = -near.distance * near.normal;
-          set<Dim>(rows.x, p, get<Dim>(rows.x, p) + out);
+          set<Dim>(rows.x, p, x + out);
           set<Dim>(u, p, get<Dim>(u, p) + out);
           rows.reach[p] -= near.distance;
         }
