@@ -5,6 +5,7 @@
 
 Makes the package of the build folder BUILD in FOLDER. Exit status 77: there is no dpkg-deb.
 """
+import os
 import re
 import shutil
 import subprocess
@@ -37,6 +38,15 @@ def main(build, folder):
     unpacked = Path(folder) / "unpacked"
     said("dpkg-deb", "--extract", package, unpacked)
     assert said(unpacked / "usr/bin/lahar", "--version").startswith("lahar ")
+    modules = unpacked / "usr/lib/python3/dist-packages"
+    if "usr/lib/python3/dist-packages/lahar/__init__.py" not in files:
+        built = list(Path(build).glob("python/lahar/_engine*.so"))
+        assert not built, "the package lacks the module for Python"
+        return 0
+    assert any(re.match(r"usr/lib/python3/dist-packages/lahar/_engine.*\.so$", file) for file in files)
+    loaded = subprocess.run(["/usr/bin/python3", "-c", "import lahar; print(lahar.__file__)"], text=True,
+                            capture_output=True, env=dict(os.environ, PYTHONPATH=str(modules)))
+    assert loaded.stdout.startswith(str(modules)), loaded.stdout + loaded.stderr
     return 0
 
 
