@@ -17,19 +17,16 @@ struct ColumnRow {
   double stress;  ///< [Pa] vertical, in compression
 };
 
-/// Sums over particles are not quite the integrals that functions of nodes have. The weight above
-/// gives stresses whose forces differ from the weights of nodes by some 1e-3 near the ground
-/// surface, with splines and GIMP; with functions of elements the two are the same. Returns what is
-/// to be added to the stress of each row, the least by its volume, so that all nodes above the
-/// lowest cell with particles are in balance:
+/// Sums over particles are not the integrals that functions of nodes have. The weight above gives
+/// stresses whose forces differ from the weights of nodes near the ground surface, and where layers
+/// cut cells. Returns what is to be added to the stress of each row, so that all nodes above the
+/// lowest cell with particles are in balance. Of all such changes it is the least by volume, in
+/// shares of the stress or, where that is less, of the weight of a cell:
 ///     sum_k V_k sigma_k dN_i / dy = sum_k W_k N_i.
 /// Nothing is added where that would take more than half of the weight of a cell: the column is not
 /// in balance by itself.
 /// Rows ascend. `cell` is the height of a cell [m], `cells` how many there are.
 std::vector<double> balance_column(std::span<const ColumnRow> rows, double cell, int cells,
                                    ShapeFunctions functions);
-
-/// Whether that makes a difference with these functions.
-bool needs_balance(ShapeFunctions functions);
 
 }  // namespace lahar
