@@ -12,6 +12,7 @@
 #include "physics/materials/law.h"
 #include "physics/mesh/cell_polynomial.h"
 #include "physics/mesh/inverse_mapping.h"
+#include "physics/particles/liquid_content.h"
 
 namespace lahar {
 
@@ -278,7 +279,7 @@ void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i,
   removed.mass = movers.row(Column::mass)[i];
   removed.material = movers.material[static_cast<std::size_t>(i)];
   const auto& liquid = step.model->materials[static_cast<std::size_t>(removed.material)].liquid;
-  removed.liquid_mass = liquid_mass_of(liquid, removed.mass, movers.row(Column::volume)[i]);
+  removed.liquid_mass = compressed_mass_of(liquid, movers, i);
   for (int d = 0; d < Dim; ++d) {
     removed.position[static_cast<std::size_t>(d)] = movers.row(Column::x, d)[i];
     removed.velocity[static_cast<std::size_t>(d)] = movers.row(Column::v, d)[i];

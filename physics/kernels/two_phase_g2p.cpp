@@ -1,5 +1,6 @@
 // Grid to particle of a liquid in pores.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "physics/basis/basis.h"
@@ -74,14 +75,22 @@ void prescribe_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, const Par
   }
 }
 
-/// Pressures of the n particles from p on, from div u [1/s] and their porosity.
+/// By how much ln(volume of pores) grows in a step with div u dt = r, to a porosity n: r / n, but
+/// for terms of the second order. With it liquids that do not flow keep their mass to rounding
+/// (compressed_mass_of()).
+inline double growth_of_pores(double r, double n) {
+  const double share = r / (n * (1.0 + r));  // of the pores after the step
+  return share < 0.5 ? -std::log1p(-share) : r / n;
+}
+
+/// Pressures of the n particles from p on, which fall by `fall` [Pa]; their work at div u [1/s].
 template <int Dim>
-LAHAR_INLINE void add_pressure(Patch<Dim>& patch, double bulk_modulus, double dt, Local p, Local n,
-                               const Pack& porosity, const Pack& rate, Pack& all_work) {
+LAHAR_INLINE void add_pressure(Patch<Dim>& patch, double dt, Local p, Local n, const Pack& fall,
+                               const Pack& rate, Pack& all_work) {
   double* pressure = patch.particles.row(Column::pore_pressure) + p;
   const Pack V = load<Pack>(patch.particles.row(Column::volume) + p);
   const Pack before = load<Pack>(pressure);
-  const Pack after = before - (dt * bulk_modulus) * (rate / porosity);
+  const Pack after = before - fall;
   store_first(after, pressure, n);
   all_work += first_lanes(Pack((-0.5 * dt) * V * (before + after) * rate), n);
 }
@@ -167,8 +176,10 @@ void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
       const auto [skeleton, liquid] = rates(p);
       const Pack rate =
           nodal ? liquid : Pack((Pack(1.0) - porosity) * skeleton + porosity * liquid);
-      add_pressure(patch, pores.liquid().bulk_modulus, step.dt, p, bin.end - p, porosity, rate,
-                   work);
+      const double K = pores.liquid().bulk_modulus;
+      const Pack fall = each ? Pack((step.dt * K) * (rate / porosity))  // else all are alike
+                             : Pack(K * growth_of_pores(step.dt * rate[0], porosity[0]));
+      add_pressure(patch, step.dt, p, bin.end - p, fall, rate, work);
     }
   };
   if (general::is(patch)) {

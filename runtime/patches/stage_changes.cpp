@@ -8,6 +8,7 @@
 #include "physics/base/error.h"
 #include "physics/kernels/kernels.h"
 #include "physics/materials/law.h"
+#include "physics/particles/liquid_content.h"
 #include "physics/particles/loads.h"
 #include "runtime/patches/initial_particles.h"
 #include "runtime/patches/stage_start.h"
@@ -187,8 +188,7 @@ std::vector<ParticleCount> sum_up(const std::vector<ParticleTally>& own, std::si
 
 template <int Dim>
 double total_mass(const Particles<Dim>& particles, Local p, const Material& material) {
-  const double mass = particles.row(Column::mass)[p], volume = particles.row(Column::volume)[p];
-  return mass + liquid_mass_of(material.liquid, mass, volume);
+  return particles.row(Column::mass)[p] + compressed_mass_of(material.liquid, particles, p);
 }
 
 template <int Dim>

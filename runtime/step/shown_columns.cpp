@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "physics/particles/liquid_content.h"
+
 namespace lahar {
 
 namespace {
@@ -149,7 +151,7 @@ ParticleValues ShownColumn<Dim>::values_of(const Particles<Dim>& particles, Loca
   if (!liquid) return values;
   const Pores pores(*liquid);
   values.porosity = pores.porosity(Scalar(values.mass), Scalar(values.volume))[0];
-  values.liquid_mass = pores.liquid_mass(Scalar(values.mass), Scalar(values.volume))[0];
+  values.liquid_mass = compressed_mass_of(liquid, particles, p);
   take(Column::pore_pressure, &values.pore_pressure);
   return values;
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "physics/particles/liquid_content.h"
 #include "runtime/step/shown_columns.h"
 
 namespace lahar {
@@ -180,11 +181,9 @@ template <int Dim>
 void add_liquid(HistoryRow& row, const Particles<Dim>& particles, Local first, Local last,
                 const Material& material) {
   if (!material.liquid) return;
-  const Pores pores(*material.liquid);
-  const double *m = particles.row(Column::mass), *V = particles.row(Column::volume);
   const auto v = particles.template rows<Dim>(Column::liquid_v);
   for (Local p = first; p < last; ++p) {
-    const double mass = pores.liquid_mass(Scalar(m[p]), Scalar(V[p]))[0];
+    const double mass = compressed_mass_of(material.liquid, particles, p);
     double speed2 = 0;
     for (std::size_t d = 0; d < Dim; ++d) {
       speed2 += v[d][p] * v[d][p];
