@@ -195,12 +195,13 @@ Vec<Dim> contact_force(const Particles<Dim>& particles, Local p) {
 }
 
 /// How much of the push of a rigid body acts by side_weights(): all of one along an axis, none
-/// beyond some 18 degrees from it, where the couple C takes it to the surface.
+/// beyond some 18 degrees from it, where the couple C takes it to the surface. It is the component
+/// along the axis alone, so that it has no moment about the particle, as C has none.
 template <int Dim>
 struct SidePush {
   double share = 0;                    ///< [-]
   Vec<Dim> push = Vec<Dim>::Zero();    ///< [N] of that share
-  Vec<Dim> offset = Vec<Dim>::Zero();  ///< [m] of the surface, along the axis alone
+  Vec<Dim> offset = Vec<Dim>::Zero();  ///< [m] of the surface; both along the axis
   int axis = 0;
 
   /// From the force of contact and its couple (rigid_contact.h). The push acts at the reach of the
@@ -209,14 +210,15 @@ struct SidePush {
     constexpr double least = 0.9;  // n_axis^2
     const double all = couple.diagonal().maxCoeff(&axis), of_all = couple.trace();
     if (!(all > least * of_all && all <= (1.0 + 1e-9) * of_all)) return;
-    const Vec<Dim> n = couple.col(axis) / std::sqrt(all * of_all);  // or against it
-    const double along = force.dot(n);
+    const double along = force.dot(couple.col(axis));
     if (along == 0.0) return;
     const double t = (all / of_all - least) / (1.0 - least), out = along > 0.0 ? reach : -reach;
     share = t * t * (3.0 - 2.0 * t);
-    push = share * of_all / out * n;
+    push[axis] = share * all / out;
     offset[axis] = -out;
   }
+  /// What it leaves of the couple.
+  void take_from(ContactCouple<Dim>& couple) const { couple(axis, axis) *= 1.0 - share; }
 };
 
 /// Call add(i, W_i - N_i) for the nodes of a particle with a SidePush.
@@ -245,7 +247,7 @@ void add_contact_couples(const Basis& basis, const ParticleBin& bin, const Local
         if (const SidePush<Dim> side(contact_force<Dim>(particles, p), C,
                                      particles.row(Column::contact_reach)[p]);
             side.share > 0.0) {
-          C *= 1.0 - side.share;
+          side.take_from(C);
           give_shift_to_side<Dim>(basis, p, side, [&](int i, double shift) {
             general::add_to_node(sums, nodes[i], node_vector<Dim>(shift * side.push));
           });

@@ -405,7 +405,7 @@ void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
   };
   const auto count = [&](Local p, auto gradient) {
     ContactCouple<Dim> couple = contact_couple<Dim>(rows.couple, p);
-    if (by_axes) couple *= 1.0 - side_of(p).share;
+    if (by_axes) side_of(p).take_from(couple);
     for (int a = 0; a < Dim; ++a)
       for (int b = 0; b < Dim; ++b) patch.work.internal += step.dt * couple(a, b) * gradient(a, b);
   };

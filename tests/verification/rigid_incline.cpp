@@ -23,6 +23,36 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("rigid bodies: so it does with the defaults that users have") {
+  for (const int degrees : {10, 20, 30, 45, 60}) {
+    CAPTURE(degrees);
+    const double angle = degrees * pi / 180, mu = 0.5 * std::tan(angle);
+    const auto motion = Incline::of_users(angle, mu).run();
+    const double expected = g * (std::sin(angle) - mu * std::cos(angle)) * motion.time.back();
+    MESSAGE(fmt::format("{} degrees: speed {:+.3f} %", degrees,
+                        100 * (motion.velocity.back() / expected - 1)));
+    CHECK(motion.velocity.back() == test::within(0.01, expected));
+    CHECK(motion.friction == test::within(0.01, mu));
+  }
+}
+
+TEST_CASE(
+    "rigid bodies: with these a block sticks, too, also on a steep plane if "
+    "gravity grows and damping takes the waves") {
+  for (const int degrees : {10, 20, 30, 45, 60}) {
+    CAPTURE(degrees);
+    const double angle = degrees * pi / 180;
+    Incline incline = Incline::of_users(angle, 1.3 * std::tan(angle));
+    if (degrees > 30) {
+      incline.ramp = 0.1;
+      incline.analysis += R"(, "damping": {"type": "Cundall", "damping_factor": 0.3})";
+    }
+    const auto motion = incline.run();
+    MESSAGE(fmt::format("{} degrees: {:.1e} m/s", degrees, motion.velocity.back()));
+    CHECK(std::abs(motion.velocity.back()) < 1e-5);
+  }
+}
+
 TEST_CASE(
     "rigid bodies: a block slides without friction as it falls along the plane, to rounding") {
   for (const int degrees : {10, 37, 60}) {

@@ -25,6 +25,16 @@ struct Incline {
   double cohesion = 0;  ///< [Pa]
   double level = 1.7;   ///< [m] of the block's upper end on the plane
   std::string cut_cells = "centres";
+  bool by_default = false;  ///< other keys are as users have them
+
+  /// A block as users have it.
+  static Incline of_users(double angle, double friction) {
+    return {.angle = angle,
+            .friction = friction,
+            .analysis = R"("preset": "lahar")",
+            .cut_cells = "exact",
+            .by_default = true};
+  }
 
   double sine() const { return std::sin(angle); }
   double cosine() const { return std::cos(angle); }
@@ -37,7 +47,7 @@ struct Incline {
     return fmt::format(R"({{"gravity": [0, {}], "ramping_time": {}}})", -g, ramp);
   }
   Model<2> model() const {
-    return model_of_text<2>(fmt::format(
+    const std::string text = fmt::format(
         R"({{
       "mesh": {{"structured": {{"cell_size": {}, "extent": [2.5, 2.5]}}}},
       "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e8,
@@ -50,7 +60,8 @@ struct Incline {
       "analysis": {{"mpm_scheme": "musl", "end_time": {}, {}}},
       "post_processing": {{"history_steps": 20}}}})",
         h, place(0, 0), sine(), cosine(), friction, cohesion, cut_cells, place(0, 0), place(0.6, 0),
-        place(0.6, 0.15), place(0, 0.15), gravity(), end_time, analysis));
+        place(0.6, 0.15), place(0, 0.15), gravity(), end_time, analysis);
+    return by_default ? model_by_default<2>(text) : model_of_text<2>(text);
   }
   /// Along the plane [m/s], and the time: all rows.
   struct Motion {

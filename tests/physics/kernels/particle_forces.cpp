@@ -64,7 +64,7 @@ void add_one_by_one(const Basis& basis, const ParticleBin& bin, const Local* nod
     if constexpr (TensorBasis<Basis>) {
       const SidePush<Dim> side(contact_force<Dim>(own.couples, p), C,
                                own.couples.row(Column::contact_reach)[p]);
-      C *= 1.0 - side.share;
+      side.take_from(C);
       Scalar w[Dim][axis_nodes], s[Dim];
       basis.weights(p, w);
       basis.place(p, s);
