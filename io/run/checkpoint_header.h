@@ -63,7 +63,8 @@ struct RunState {
   Index step = 0;   ///< steps done
   double time = 0;  ///< [s]
   double dt = 0;    ///< [s] of the last step
-  /// [s] least of all particles in the last step, from which an adaptive run takes its next one.
+  /// [s] least of all particles in the last step, from which an adaptive run takes its next one. Of
+  /// implicit steps the length of the next one, where output does not shorten it.
   double dt_limit = std::numeric_limits<double>::infinity();
   Index particles = 0, removed = 0;
   Index next_id = 0;                    ///< of a particle that is injected next

@@ -64,7 +64,11 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
                         !written(analysis, "dt");
   if (step && step->is<JsonValue::Object>()) {
     if (!written(*step, "adaptive")) set(*step, "adaptive", adaptive);
-    const double safety = in_.cbgeo_defaults ? 0.5 : any_granular() ? 0.2 : 0.4;
+    const double iterations = model_.analysis.implicit.most_iterations;
+    const double safety = implicit             ? std::min(0.5, 8 / iterations)
+                          : in_.cbgeo_defaults ? 0.5
+                          : any_granular()     ? 0.2
+                                               : 0.4;
     if (!written(*step, "safety")) set(*step, "safety", safety);
   }
   if (in_.cbgeo_defaults) return;
@@ -336,13 +340,13 @@ void ScenarioBuilder<Dim>::build_time_step(const JsonValue& analysis) {
   }
   const auto dt = get_number(analysis, "dt");
   a.step.dt = dt.value_or(std::numeric_limits<double>::infinity());
-  const bool needs_dt = !a.step.adaptive || is_projection(a);  // else nothing limits it at rest
+  const bool needs_dt = !a.step.adaptive || begins_with_solve(a);  // nothing else limits these
   if (!dt && needs_dt && !written(analysis, "dt"))
     in_.error(analysis, "'dt' is missing in analysis",
-              is_implicit(a)     ? "dt [s]: the time step, which waves do not limit"
-              : is_projection(a) ? "dt [s]: the time step, which waves do not limit; with an "
-                                   "adaptive step the largest one"
-                                 : "dt [s]: the time step; or \"time_step\": {\"adaptive\": true}");
+              begins_with_solve(a)
+                  ? "dt [s]: the time step, which waves do not limit; with an "
+                    "adaptive step the largest one"
+                  : "dt [s]: the time step; or \"time_step\": {\"adaptive\": true}");
   const auto nsteps = get_integer(analysis, "nsteps");
   const auto end = get_number(analysis, "end_time");
   if (!nsteps && !end && !written(analysis, "nsteps") && !written(analysis, "end_time"))

@@ -161,9 +161,6 @@ void ScenarioBuilder<Dim>::check_implicit() {
                     "take an explicit scheme, such as \"musl\"");
   if (a.contact.bodies > 1)
     refuse_implicit(analysis.find("interface"), "'interface', contact of bodies,");
-  if (a.step.adaptive)
-    refuse_implicit(analysis.find("time_step"), "'time_step': an adaptive step",
-                    "give a fixed step, dt [s]; waves do not limit it");
   if (a.functions == ShapeFunctions::cpdi || a.functions == ShapeFunctions::cpdi2)
     refuse_implicit(analysis.find("shape_functions"),
                     fmt::format("'shape_functions': {}",
@@ -210,6 +207,15 @@ void ScenarioBuilder<Dim>::check_implicit_conditions() {
                             [](const NodeFriction& friction) { return friction.two_sided; })))
     refuse_implicit(boundary().find(NodeFriction::key), "friction at two-sided walls",
                     "with \"two_sided\": false the wall pushes and does not pull");
+  const auto& displacements = entries_of<NodeDisplacement>(model_);
+  const bool move = std::any_of(displacements.begin(), displacements.end(),
+                                [](const NodeDisplacement& one) { return one.displacement != 0; });
+  if (model_.analysis.step.adaptive && team_.any(move))
+    in_.error(
+        *boundary().find(NodeDisplacement::key),
+        "'displacement_constraints' move nodes by as much in each step, and how many adaptive "
+        "steps there are is not known",
+        "give velocities, 'velocity_constraints': nodes then move with the time");
 }
 
 }  // namespace lahar

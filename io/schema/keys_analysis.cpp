@@ -252,21 +252,26 @@ const Section& time_step_section() {
       .help =
           "The stability limit of a particle is h / (c + |v|), with the cell size h, the wave "
           "speed c of its material and its speed v. A viscous fluid also has the limit h^2 density "
-          "/ (2 dim 4/3 viscosity). Implicit steps have no such limit, and are fixed. A fixed `dt` "
-          "above the smallest limit is an error unless "
+          "/ (2 dim 4/3 viscosity). A fixed `dt` above the smallest limit is an error unless "
           "`accept_unstable` is true. An adaptive step is `safety` times the smallest limit, and "
-          "at most `analysis.dt` if that is given.",
+          "at most `analysis.dt` if that is given. Implicit steps have no such limit. Adaptive "
+          "ones begin with `analysis.dt`, which is also the longest. The next step is longer by "
+          "half where Newton's method took few iterations (`safety`), and half as long where it "
+          "took more than half of `max_iteration`. A step that is not solved, or moves nodes by "
+          "more than a cell, is cut to a quarter, down to `analysis.watchdog.time_step`.",
       .keys = {
           {.key = "adaptive",
            .kinds = boolean,
            .help = "true: choose the time step from the limit. Default: true without `dt`; with "
-                   "the preset cbgeo false",
+                   "the preset cbgeo, and of implicit steps, false",
            .native = true},
           {.key = "safety",
            .kinds = number,
            .help =
                "adaptive step as a share of the limit. Default 0.4; 0.2 if a material is granular "
-               "(it has a tension limit and is not a fluid); with the preset cbgeo 0.5",
+               "(it has a tension limit and is not a fluid); with the preset cbgeo 0.5. Of "
+               "implicit steps: iterations of Newton's method after which the next step is longer, "
+               "as a share of `max_iteration`. Default: 8 iterations, at most half of them",
            .unit = "-",
            .min = 0,
            .max = 1,
@@ -323,7 +328,7 @@ const Section& watchdog_section() {
            .kinds = number,
            .help = "smallest adaptive step, as a share of the first. Steps that are shortened for "
                    "output do not count. A step too small to change the time is always beyond the "
-                   "bounds",
+                   "bounds. Implicit steps are not cut further, whatever `action` is",
            .unit = "-",
            .fallback = "1e-3",
            .min = 0,

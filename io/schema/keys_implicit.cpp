@@ -40,7 +40,7 @@ const Section& scheme_settings_section() {
            .max = 1},
           {.key = "max_iteration",
            .kinds = integer,
-           .help = "most iterations of Newton's method in a step",
+           .help = "most iterations of Newton's method in a step, or in a part of it",
            .fallback = "40",
            .min = 1,
            .max = 1e9},

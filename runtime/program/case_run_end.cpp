@@ -31,6 +31,8 @@ std::string describe_solves(const SolveCounts& of) {
   if (of.in_parts > 0)
     text += fmt::format("{} step{} with the loads in parts, ", format_count(of.in_parts),
                         of.in_parts == 1 ? "" : "s");
+  if (of.cuts > 0)
+    text += fmt::format("{} step cut{}, ", format_count(of.cuts), of.cuts == 1 ? "" : "s");
   text += fmt::format("{} for linear systems, {} to solve them", format_seconds(of.linearize),
                       format_seconds(of.linear));
   if (of.linear_iterations > 0)

@@ -161,15 +161,15 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
                            plane == Plane::axisymmetric ? ", axisymmetric"
                            : plane == Plane::stress     ? ", plane stress"
                                                         : ""));
-  console.line(
-      implicit || std::isinf(info.dt_limit)
-          ? fmt::format("time step  {:.4g} s, no stability limit{}", info.dt,
-                        implicit ? "" : " at rest")
-          : fmt::format("time step  {:.4g} s{}, stability limit {:.4g} s", info.dt,
-                        model.analysis.step.adaptive
-                            ? fmt::format(" (adaptive, safety {:g})", model.analysis.step.safety)
-                            : "",
-                        info.dt_limit));
+  const std::string adaptive =
+      model.analysis.step.adaptive
+          ? fmt::format(" (adaptive, safety {:g})", model.analysis.step.safety)
+          : "";
+  const std::string limit = implicit ? "no stability limit"
+                            : std::isinf(info.dt_limit)
+                                ? "no stability limit at rest"
+                                : fmt::format("stability limit {:.4g} s", info.dt_limit);
+  console.line(fmt::format("time step  {:.4g} s{}, {}", info.dt, adaptive, limit));
   console.line(fmt::format("patches    {} of about {} cells, {} tasks per step", info.patches,
                            format_count(info.cells_per_patch), format_count(info.tasks_per_step)));
   if (model.analysis.split_steps > 0)

@@ -29,6 +29,8 @@ struct Right {
 struct Answer {
   Index row;
   double value;
+  double left;   ///< b - A x
+  char has_row;  ///< else there is a right side alone
 };
 struct Verdict {
   char converged = 0, singular = 0, finite = 1;
@@ -77,7 +79,7 @@ struct Whole {
   std::vector<Index> unknown;  ///< ascending
   Matrix matrix;
   Vector right;
-  Index unsolvable = 0;  ///< rows that are zero and have a right side
+  std::vector<Right> unsolvable;  ///< of rows that are zero
 };
 
 Whole assemble(std::vector<Entry> entries, std::vector<Right> rights) {
@@ -106,8 +108,15 @@ Whole assemble(std::vector<Entry> entries, std::vector<Right> rights) {
     if (const Index row = number(right.row); row >= 0)
       whole.right[row] = right.value;
     else if (right.value != 0)
-      ++whole.unsolvable;
+      whole.unsolvable.push_back(right);
   }
+  // All patches of a node have its right side.
+  auto& unsolvable = whole.unsolvable;
+  std::sort(unsolvable.begin(), unsolvable.end(),
+            [](const Right& a, const Right& b) { return a.row < b.row; });
+  unsolvable.erase(std::unique(unsolvable.begin(), unsolvable.end(),
+                               [](const Right& a, const Right& b) { return a.row == b.row; }),
+                   unsolvable.end());
   return whole;
 }
 
@@ -130,7 +139,7 @@ bool solve_with(auto& solver, const Whole& whole, double tolerance, Vector& x) {
 
 Verdict solve(const Whole& whole, bool symmetric, double tolerance, Vector& x) {
   Verdict verdict;
-  verdict.unsolvable = whole.unsolvable;
+  verdict.unsolvable = static_cast<Index>(whole.unsolvable.size());
   x = Vector::Zero(whole.right.size());
   // Where all nodes are held there are no unknowns, and a matrix without rows has no norm.
   if (x.size() > 0 && (!whole.right.allFinite() || !std::isfinite(whole.matrix.norm()))) {
@@ -138,7 +147,7 @@ Verdict solve(const Whole& whole, bool symmetric, double tolerance, Vector& x) {
     return verdict;
   }
   if (whole.right.isZero(0)) {
-    verdict.converged = whole.unsolvable == 0;
+    verdict.converged = whole.unsolvable.empty();
     return verdict;
   }
   Eigen::SimplicialLDLT<Matrix> cholesky;
@@ -148,7 +157,7 @@ Verdict solve(const Whole& whole, bool symmetric, double tolerance, Vector& x) {
   if (!solved && !x.allFinite()) x.setZero();
   verdict.singular = !solved;
   verdict.residual = relative_residual(whole, x);
-  verdict.converged = solved && whole.unsolvable == 0;
+  verdict.converged = solved && whole.unsolvable.empty();
   return verdict;
 }
 
@@ -164,6 +173,44 @@ SolveResult result_of(const Verdict& verdict) {
   else if (verdict.singular)
     result.problem = "direct solver: the matrix is singular, or nearly so";
   return result;
+}
+
+/// By row, ascending.
+std::vector<Answer> answers_of(const Whole& whole, const Vector& x) {
+  const Vector left = whole.right - whole.matrix * x;
+  std::vector<Answer> answers;
+  for (std::size_t i = 0; i < whole.unknown.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    answers.push_back({whole.unknown[i], x[row], left[row], 1});
+  }
+  for (const Right& right : whole.unsolvable) answers.push_back({right.row, 0, right.value, 0});
+  std::sort(answers.begin(), answers.end(),
+            [](const Answer& a, const Answer& b) { return a.row < b.row; });
+  return answers;
+}
+
+/// The solution; where it is none, also what is left of it, as iterations keep it.
+template <int Dim>
+void take_answers(Patch<Dim>& patch, const std::vector<Answer>& answers, bool converged) {
+  const std::size_t size = static_cast<std::size_t>(patch.n_nodes()) * node_width;
+  NodeArray& x = patch.system.solution;
+  SolverVectors& solver = patch.system.solver;
+  x.assign(size, 0.0);
+  if (!converged)
+    for (NodeArray* vector : {&solver.r, &solver.inverse}) vector->assign(size, 0.0);
+  for (std::size_t i = 0; i < patch.topology.nodes.size(); ++i)
+    for (int d = 0; d < Dim; ++d) {
+      const Index row = patch.topology.nodes[i] * Dim + d;
+      const auto at =
+          std::lower_bound(answers.begin(), answers.end(), row,
+                           [](const Answer& answer, Index of) { return answer.row < of; });
+      if (at == answers.end() || at->row != row) continue;
+      const std::size_t lane = i * node_width + static_cast<std::size_t>(d);
+      x[lane] = at->value;
+      if (converged) continue;
+      solver.r[lane] = at->left;
+      solver.inverse[lane] = at->has_row;
+    }
 }
 
 /// Everybody's values on rank 0.
@@ -200,26 +247,13 @@ SolveResult solve_directly(PatchSet<Dim>& patches, const Communicator& ranks, bo
     const Whole whole = assemble(std::move(entries), std::move(rights));
     Vector x;
     verdicts = {solve(whole, symmetric, tolerance, x)};
-    for (std::size_t i = 0; i < whole.unknown.size(); ++i)
-      answers.push_back({whole.unknown[i], x[static_cast<Index>(i)]});
+    answers = answers_of(whole, x);
   }
   answers = ranks.several() ? ranks.gather_all(std::span<const Answer>(answers)) : answers;
   verdicts = ranks.several() ? ranks.gather_all(std::span<const Verdict>(verdicts)) : verdicts;
-  for (int p = 0; p < patches.size(); ++p) {
-    Patch<Dim>& patch = patches[p];
-    NodeArray& x = patch.system.solution;
-    x.assign(static_cast<std::size_t>(patch.n_nodes()) * node_width, 0.0);
-    for (std::size_t i = 0; i < patch.topology.nodes.size(); ++i)
-      for (int d = 0; d < Dim; ++d) {
-        const Index row = patch.topology.nodes[i] * Dim + d;
-        const auto at =
-            std::lower_bound(answers.begin(), answers.end(), row,
-                             [](const Answer& answer, Index of) { return answer.row < of; });
-        if (at != answers.end() && at->row == row)
-          x[i * node_width + static_cast<std::size_t>(d)] = at->value;
-      }
-  }
-  return result_of(verdicts.front());
+  const SolveResult result = result_of(verdicts.front());
+  for (int p = 0; p < patches.size(); ++p) take_answers(patches[p], answers, result.converged);
+  return result;
 }
 
 template SolveResult solve_directly<2>(PatchSet<2>&, const Communicator&, bool, double);

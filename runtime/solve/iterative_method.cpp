@@ -8,8 +8,7 @@
 namespace lahar {
 
 bool IterativeMethod::fail(const std::string& problem) {
-  result_.problem = fmt::format("{}: {} (iteration {}, relative residual {:.3g})", name_, problem,
-                                result_.iterations, result_.residual);
+  result_.problem = name_ + ": " + problem;
   order_.product = SolverOrder::Product::none;
   order_.cycle = SolverOrder::Cycle::none;
   return false;

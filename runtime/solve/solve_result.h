@@ -24,9 +24,9 @@ struct ProductCost {
 
 struct SolveResult {
   bool converged = false;
-  int iterations = 0;   ///< 0 = direct
+  int iterations = 0;   ///< all that were taken; 0 = direct
   double residual = 0;  ///< |b - A x| / |b|, of the x that is left
-  std::string problem;  ///< where it did not converge: why
+  std::string problem;  ///< where it did not converge: the method, and why
   ProductCost products;
   bool multigrid = false;  ///< the last iterations had a multigrid cycle
 };

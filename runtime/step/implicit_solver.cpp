@@ -12,6 +12,7 @@
 #include "runtime/base/seconds.h"
 #include "runtime/exchange/failure.h"
 #include "runtime/exchange/sum_over_ranks.h"
+#include "runtime/step/unsolved_system.h"
 #include "runtime/step/worst_node.h"
 
 namespace lahar {
@@ -128,8 +129,20 @@ bool ImplicitSolver<Dim>::solve_linear(const Balance& balance, double first) {
   report_.linear_iterations += result.iterations;
   report_.products += result.products;
   report_.linear_seconds += seconds() - begin;
-  if (!result.converged) report_.problem = result.problem;
+  if (!result.converged) report_.problem = describe(result);
   return result.converged;
+}
+
+template <int Dim>
+std::string ImplicitSolver<Dim>::describe(const SolveResult& unsolved) const {
+  const auto force = [](const Patch<Dim>&, std::size_t, double left) { return left; };
+  return fmt::format(
+      "the linear system of iteration {} of Newton's method was not solved: {}{}",
+      report_.residuals.size(),
+      describe_unsolved<Dim>(unsolved, patches_, *model_.mesh, ranks_, "N", force),
+      unsolved.iterations > 0
+          ? "; where iterations did not suffice, give the linear solver more (max_iter)"
+          : "");
 }
 
 /// Of a step that has converged.
@@ -183,7 +196,7 @@ bool ImplicitSolver<Dim>::iterate() {
   if (balance.solved)
     report_.problem =
         fmt::format("after {} iterations {:.3g} N are not in balance, of {:.3g} N at first; {}",
-                    steps.most_iterations, balance.residual, first, worst_node());
+                    report_.residuals.size() - 1, balance.residual, first, worst_node());
   return false;
 }
 
@@ -255,11 +268,11 @@ double ImplicitSolver<Dim>::unbalanced(double time, double dt) {
 }
 
 template <int Dim>
-ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
+ImplicitReport ImplicitSolver<Dim>::solve(const ImplicitStep& step) {
   const ImplicitSteps& steps = model_.analysis.implicit;
   linear_.begin_step();
-  begin_step(time, dt);
-  if (first && !steps.quasi_static && !model_.analysis.as_cbgeo) {
+  begin_step(step.time, step.dt);
+  if (step.first && !steps.quasi_static && !model_.analysis.as_cbgeo) {
     for_each_patch([](Patch<Dim>& patch) { load_in_part(patch, 0.0, 0.0); });
     linearize();
     for_each_patch([&](Patch<Dim>& patch) { accelerate_from_rest(patch, context(0)); });
@@ -280,7 +293,7 @@ ImplicitReport ImplicitSolver<Dim>::solve(double time, double dt, bool first) {
       restore();
       report_.least_part = part;
       part /= 4;
-      if (part * steps.most_cuts < 1) return report_;
+      if (!step.in_parts || part * steps.most_cuts < 1) return report_;
     }
   }
   report_.converged = true;

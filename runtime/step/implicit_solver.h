@@ -28,6 +28,13 @@ struct ImplicitReport {
   double least_part = 1;  ///< of the loads, for which it did not
 };
 
+/// What is to be solved; all particles are in their patches.
+struct ImplicitStep {
+  double time = 0, dt = 0;  ///< [s] when it begins; how long it is
+  bool first = false;       ///< particles have no accelerations yet
+  bool in_parts = true;     ///< loads may be reached in parts
+};
+
 /// For each graph of an implicit step: several ranks only.
 struct ImplicitGroups {
   ExchangeGroups begin, linearize, solve;
@@ -48,9 +55,9 @@ class ImplicitSolver {
   ImplicitSolver(const ImplicitSolver&) = delete;
   ImplicitSolver& operator=(const ImplicitSolver&) = delete;
 
-  /// For a step of `dt` from `time` on; all particles are in their patches. `first`: particles have
-  /// no accelerations yet.
-  ImplicitReport solve(double time, double dt, bool first);
+  /// Particles and what nodes have of earlier steps stay as they are: a step that was not solved
+  /// can be solved again with another length.
+  ImplicitReport solve(const ImplicitStep& step);
   /// Unbalanced forces of the step from `time` on, before it is solved: by how much it is not in
   /// equilibrium without any displacement [N]. All particles are in their patches.
   double unbalanced(double time, double dt);
@@ -79,6 +86,8 @@ class ImplicitSolver {
   /// "the largest is ... N at node ... (x, y)"; collective.
   std::string worst_node() const;
   bool solve_linear(const Balance& balance, double first);
+  /// Collective.
+  std::string describe(const SolveResult& unsolved) const;
   double most_residual(const Balance& balance, double first) const;
   bool is_converged(const Balance& balance, double first, bool whole) const;
   /// Newton's method from the present increment; false where it fails, report_ says why.

@@ -8,7 +8,7 @@
 #include "physics/kernels/projection.h"
 #include "physics/model/transfer_options.h"
 #include "runtime/base/seconds.h"
-#include "runtime/step/worst_node.h"
+#include "runtime/step/unsolved_system.h"
 
 namespace lahar {
 
@@ -45,14 +45,12 @@ StepContext<Dim> PressureSolver<Dim>::context(Step round) const {
 }
 
 template <int Dim>
-std::string PressureSolver<Dim>::worst_node() const {
-  const auto divergence = [](const Patch<Dim>& patch, std::size_t i) {
+std::string PressureSolver<Dim>::describe(const SolveResult& unsolved) const {
+  const auto divergence = [](const Patch<Dim>& patch, std::size_t i, double left) {
     const std::vector<double>& volume = patch.projection.volume;
-    if (i >= volume.size() || patch.system.held[i] || !(volume[i] > 0)) return -1.0;
-    return std::abs(patch.system.right_side[i * node_width]) / volume[i];
+    return i < volume.size() && volume[i] > 0 ? left / volume[i] : -1.0;
   };
-  return fmt::format("the divergence to be removed is largest at {} 1/s",
-                     describe_worst_node<Dim>(patches_, *model_.mesh, ranks_, divergence));
+  return describe_unsolved<Dim>(unsolved, patches_, *model_.mesh, ranks_, "1/s", divergence);
 }
 
 template <int Dim>
@@ -79,7 +77,7 @@ PressureReport PressureSolver<Dim>::solve(double time, double dt, bool first) {
   report.converged = result.converged;
   report.iterations = result.iterations;
   report.products = result.products;
-  if (!result.converged) report.problem = result.problem + "; " + worst_node();
+  if (!result.converged) report.problem = describe(result);
   for (int p = 0; p < patches_.size(); ++p) take_pressure(patches_[p]);
   report.solve_seconds = seconds() - assembled;
   return report;

@@ -46,8 +46,8 @@ class PressureSolver {
  private:
   static constexpr int n_sums = 4;
   StepContext<Dim> context(Step round) const;
-  /// "... is largest at node ... (x, y), ..."; collective.
-  std::string worst_node() const;
+  /// Where the divergence is that was not removed, too; collective.
+  std::string describe(const SolveResult& unsolved) const;
 
   const Model<Dim>& model_;
   PatchSet<Dim>& patches_;

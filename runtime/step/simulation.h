@@ -109,6 +109,7 @@ struct SolveCounts {
   Index steps = 0;
   Index iterations = 0;              ///< of Newton's method; projections have none
   Index in_parts = 0;                ///< steps whose loads could only be reached in parts
+  Index cuts = 0;                    ///< of adaptive implicit steps (LoadSteps)
   Index linear_iterations = 0;       ///< direct solves have none
   double linearize = 0, linear = 0;  ///< [s] to find linear systems, and to solve them
   ProductCost products;              ///< of this rank

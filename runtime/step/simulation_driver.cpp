@@ -44,6 +44,7 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
            state ? std::max(state->run.next_id, patches_.next_id()) : patches_.next_id()),
       limits_(model_, patches_),
       time_(model_.analysis, model_.output, limits_.of_injections(ranks_)),
+      load_steps_(model_.analysis, model_.watchdog),
       rigid_(model_),
       schedule_(model_.output, model_.analysis.first_step, time_),
       history_(time_, model_.rigid_bodies.size()),
@@ -126,12 +127,12 @@ void SimulationDriver<Dim>::resume(const RunState& run) {
   if (rest_.resume(run.rest)) time_.end_at(step_);
   build_executor();
   rigid_.resume(step_, run.rigid_bodies);
-  if (has_dt_task() && !finished()) set_dt(step_, run.dt_limit);
+  if (sets_dt() && !finished()) set_dt(step_, run.dt_limit);
 }
 
 template <int Dim>
 void SimulationDriver<Dim>::advance(Index steps) {
-  const Step end = std::min<Step>(step_ + steps, time_.nsteps());
+  const Step end = step_ + std::min(steps, time_.most_nsteps() - step_);
   stops_ = stop_asked_ = false;
   lost_.throw_if_too_many(step_, time_.nsteps(), time());
   watch_.throw_alarm(step_, time_.nsteps());
@@ -191,26 +192,51 @@ void SimulationDriver<Dim>::prepare_copies() {
 
 template <int Dim>
 void SimulationDriver<Dim>::find_equilibrium() {
-  const ImplicitReport report =
-      implicit_->solve(time_.time_at(step_), time_.dt_of(step_), step_ == 0);
   ++solves_.steps;
+  ImplicitReport report = try_step();
+  bool was_cut = false;
+  while (can_be_cut() && !load_steps_.accepts(report)) {
+    was_cut = true;
+    ++solves_.cuts;
+    set_dt(step_, load_steps_.cut(time_.dt_of(step_)));
+    report = try_step();
+  }
+  if (!report.converged) throw WholeStepError(no_equilibrium(report));
+  const double time = time_.time_at(step_), dt = time_.dt_of(step_);
+  if (time_.is_adaptive())
+    time_.set_limit(step_ + 1, load_steps_.next({.planned = time_.limit_of(step_), .dt = dt},
+                                                was_cut || report.parts > 1, report));
+  if (!model_.analysis.implicit.quasi_static) return;
+  if (const auto slid = slides_.add(step_ + 1, time + dt, dt, report.longest_move)) warn(*slid);
+}
+
+template <int Dim>
+ImplicitReport SimulationDriver<Dim>::try_step() {
+  ImplicitReport report = implicit_->solve({.time = time_.time_at(step_),
+                                            .dt = time_.dt_of(step_),
+                                            .first = step_ == 0,
+                                            .in_parts = !can_be_cut()});
   solves_.iterations += report.iterations;
   solves_.linear_iterations += report.linear_iterations;
   solves_.in_parts += report.parts > 1;
   solves_.linearize += report.linearize_seconds;
   solves_.linear += report.linear_seconds;
   solves_.products += report.products;
-  if (report.converged) {
-    if (!model_.analysis.implicit.quasi_static) return;
-    const double end = time_.time_at(step_) + time_.dt_of(step_);
-    if (const auto slid = slides_.add(step_ + 1, end, report.longest_move)) warn(*slid);
-    return;
-  }
-  throw WholeStepError(
-      fmt::format("step {} (t = {:.6g} s): no equilibrium found, not even of {:.2g} of the loads "
-                  "more: {}. Is the body held everywhere it can move, and are its loads less than "
-                  "it can bear? If so, take smaller steps",
-                  step_ + 1, time_.time_at(step_), report.least_part, report.problem));
+  return report;
+}
+
+template <int Dim>
+std::string SimulationDriver<Dim>::no_equilibrium(const ImplicitReport& report) const {
+  const bool adaptive = time_.is_adaptive();
+  return fmt::format(
+      "step {} (t = {:.6g} s): no equilibrium found{}, not even of {:.2g} of the loads more: {}. "
+      "Is the body held everywhere it can move, and are its loads less than it can bear? If so, "
+      "{}",
+      step_ + 1, time_.time_at(step_),
+      adaptive ? fmt::format(" in the smallest step, {:.3g} s", time_.dt_of(step_)) : "",
+      report.least_part, report.problem,
+      adaptive ? "allow smaller steps (time_step of watchdog) or more iterations (max_iteration)"
+               : "take smaller steps, or adaptive ones (\"time_step\": {\"adaptive\": true})");
 }
 
 template <int Dim>
@@ -303,8 +329,8 @@ void SimulationDriver<Dim>::check_end() {
 
 template <int Dim>
 void SimulationDriver<Dim>::plan_next_step() {
-  if (!has_dt_task()) return;
-  const double limit = ranks_.min(limits_.of_last_step());
+  if (!sets_dt()) return;
+  const double limit = implicit_ ? time_.limit_of(step_) : ranks_.min(limits_.of_last_step());
   if (time_.is_adaptive()) time_.set_limit(step_, limit);
   if (rigid_.any_free()) {
     const std::span<const Index> own = rigid_.sums(patches_);
@@ -332,9 +358,11 @@ template <int Dim>
 void SimulationDriver<Dim>::test_rest() {
   if (!rest_.due(step_)) return;
   std::optional<double> unbalanced;
-  if (implicit_) unbalanced = implicit_->unbalanced(time_.time_at(step_), time_.dt_of(step_));
   const bool had_finished = finished();
   const double time = time_.time_at(step_);
+  if (implicit_)
+    unbalanced =
+        implicit_->unbalanced(time, had_finished ? time_.last_dt(step_) : time_.dt_of(step_));
   const RestOfBodies bodies = rigid_.rest(step_, time, time_.last_dt(step_));
   if (!rest_.judge(time, history().kinetic, bodies, unbalanced)) return;
   time_.end_at(step_);

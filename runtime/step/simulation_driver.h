@@ -18,6 +18,7 @@
 #include "runtime/step/epochs.h"
 #include "runtime/step/gauges.h"
 #include "runtime/step/implicit_solver.h"
+#include "runtime/step/load_steps.h"
 #include "runtime/step/lost_particles.h"
 #include "runtime/step/output_schedule.h"
 #include "runtime/step/pressure_solver.h"
@@ -48,7 +49,7 @@ class SimulationDriver {
   ~SimulationDriver();
 
   void advance(Index steps);
-  void run() { advance(time_.nsteps() - step_); }
+  void run() { advance(time_.most_nsteps() - step_); }
   Frame frame() const { return frames_.present_of(ranks_, step_); }
   FrameSource frame_source() const { return frames_.present(step_, threads()); }
   std::optional<FramePieces> nodes() const { return nodes_.kept(step_); }
@@ -87,9 +88,15 @@ class SimulationDriver {
 
   void prepare_copies();
   void hand_on_large_frame();
-  /// Implicit steps: find the displacement of the next one. Throws SimulationError where there is
-  /// none.
+  /// Implicit steps: find the displacement of the next one, and how long the one after it may be.
+  /// Throws SimulationError where there is none.
   void find_equilibrium();
+  ImplicitReport try_step();
+  /// The next step is adaptive, and not yet the smallest one.
+  bool can_be_cut() const {
+    return time_.is_adaptive() && !load_steps_.is_smallest(time_.dt_of(step_));
+  }
+  std::string no_equilibrium(const ImplicitReport& report) const;
   /// Projections: the same of the pressure.
   void find_pressure();
   /// Where the graph has to drain: at `end`, or before it at what needs all patches at rest.
@@ -136,9 +143,9 @@ class SimulationDriver {
   /// they hear of it when they agree that the step is done.
   void request_stop(Step step);
   /// Before anybody integrates in a step: its dt where it is adaptive, from the limit of all
-  /// particles, and where free rigid bodies move in it.
+  /// particles or that of LoadSteps, and where free rigid bodies move in it.
   void set_dt(Step step, double limit);
-  bool has_dt_task() const { return time_.is_adaptive() || rigid_.any_free(); }
+  bool sets_dt() const { return time_.is_adaptive() || rigid_.any_free(); }
   /// The output stage: copy what is due; nobody in the loop waits for more. (Frames too large to be
   /// copied: advance().)
   void output(int p, Step step);
@@ -210,6 +217,7 @@ class SimulationDriver {
   double begin_time_ = 0;  ///< [s] when this simulation was made
   StepLimits<Dim> limits_;
   TimeControl time_;
+  LoadSteps load_steps_;
   RigidMotion<Dim> rigid_;
   OutputSchedule schedule_;
   RunHistory history_;

@@ -73,10 +73,11 @@ void SimulationDriver<Dim>::build_executor() {
                     &trace_clock};
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->add_graph(trace_graph());
   connect_ranks();
+  // Steps that begin with a solve are taken one at a time: in one their tasks wait for nothing.
   executor_ = make_executor(std::move(graph), std::move(bodies),
                             {.mode = options_.mode,
                              .threads = options_.threads,
-                             .verify = options_.verify,
+                             .verify = options_.verify && !begins_with_solve(model_.analysis),
                              .seed = options_.seed},
                             exchange_.get());
   build_solver();
@@ -253,7 +254,7 @@ template <int Dim>
 std::size_t SimulationDriver<Dim>::run_kernels(const Phase& phase, int p, Step step,
                                                StageClock& clock) {
   Patch<Dim>& patch = patches_[p];
-  const bool has_dt = !has_dt_task() || phase.first >= first_dt_stage_;
+  const bool has_dt = !sets_dt() || phase.first >= first_dt_stage_;
   std::optional<BorrowedNodalState<Dim>> borrowed;
   if (phase.first > 0 && !keeps_nodal_state(model_.analysis)) borrowed.emplace(patch);
   const auto run = [&](const Phase& some) {
@@ -290,7 +291,9 @@ void SimulationDriver<Dim>::request_stop(Step step) {
 
 template <int Dim>
 void SimulationDriver<Dim>::set_dt(Step step, double limit) {
-  if (time_.is_adaptive()) {
+  if (implicit_ && time_.is_adaptive()) {
+    time_.set_dt(step, limit);
+  } else if (time_.is_adaptive()) {
     const auto planned = time_.plan(step, limit);
     const bool alarm =
         planned.limited && watch_.judge_step(step, time_.time_at(step), planned.stable);

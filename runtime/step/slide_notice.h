@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -12,15 +13,17 @@
 namespace lahar {
 
 /// Equilibria are found after slides, too: what moved by more than a tenth of a cell, and twenty
-/// times as far as in the steps before it, has failed where it was. Told once.
+/// times as far as in the steps before it, has failed where it was. Told once. Where steps are not
+/// alike, it is twenty times as far as in the mean of them, and as in as much time.
 class SlideNotice {
  public:
-  /// The message after a step that ended at `time` [s], if one is due.
-  std::optional<std::string> add(Step step, double time, const LongestMove& move) {
+  /// The message after a step of `dt` [s] that ended at `time` [s], if one is due.
+  std::optional<std::string> add(Step step, double time, double dt, const LongestMove& move) {
     constexpr double least_cells = 0.1, least_ratio = 20;
-    const double before = steps_ > 0 ? sum_ / steps_ : 0.0;
+    const double before = steps_ > 0 ? sum_ * std::max(1.0 / steps_, dt / elapsed_) : 0.0;
     sum_ += move.metres;
     ++steps_;
+    elapsed_ += dt;
     if (told_ || before == 0.0 || move.cells < least_cells || move.metres < least_ratio * before)
       return std::nullopt;
     told_ = true;
@@ -34,6 +37,7 @@ class SlideNotice {
  private:
   double sum_ = 0;  ///< [m] of the moves so far
   int steps_ = 0;
+  double elapsed_ = 0;  ///< [s] of them
   bool told_ = false;
 };
 

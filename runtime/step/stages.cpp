@@ -520,12 +520,21 @@ Stages<Dim> liquid_g2p(const Analysis& analysis) {
                          .bins = [](P& p, S& s, ParticleBins bins) { update_liquid(p, s, bins); }}};
 }
 
+namespace {
+
+/// Particles limit the steps.
+bool finds_limits(const Analysis& analysis) {
+  return analysis.step.adaptive && !is_implicit(analysis);
+}
+
+}  // namespace
+
 template <int Dim>
 Stages<Dim> location(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   return {TimestepStage<Dim>{
-      .stage = {.name = locate_stage, .gives_dt = analysis.step.adaptive || analysis.free_bodies},
+      .stage = {.name = locate_stage, .gives_dt = finds_limits(analysis) || analysis.free_bodies},
       .begin =
           [](P& p, S&) {
             clear_outboxes(p);
@@ -533,7 +542,7 @@ Stages<Dim> location(const Analysis& analysis) {
           },
       .bins =
           [](P& p, S& s, ParticleBins bins) {
-            if (s.model->analysis.step.adaptive)  // before particles leave: none is missed
+            if (finds_limits(s.model->analysis))  // before particles leave: none is missed
               p.time_step_limit = std::min(p.time_step_limit, time_step_limit(p, *s.model, bins));
             locate(p, s, bins);
           },

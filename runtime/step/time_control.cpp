@@ -30,6 +30,7 @@ TimeControl::TimeControl(const Analysis& analysis, const OutputPlan& output,
       frame_dt_(output.frame_dt),
       history_dt_(output.history_dt),
       gauge_dt_(output.measured.any() ? output.measured.dt : 0.0),
+      most_nsteps_(analysis.nsteps),
       nsteps_(analysis.nsteps),
       injections_(std::move(injections)) {}
 
@@ -86,6 +87,13 @@ TimeControl::Planned TimeControl::plan(Step step, double limit) {
   const bool last = place(step, stable);
   if (last) nsteps_ = step + 1;
   return {stable, limited, last};
+}
+
+void TimeControl::set_dt(Step step, double dt) {
+  dt = std::min(dt, step_.dt);
+  const double left = end_time_ - start_time_[step];
+  if (dt * (1 + rounding_of_time) < left && left < 2 * dt) dt = 0.5 * left;  // no tiny last step
+  nsteps_ = place(step, dt) ? step + 1 : most_nsteps_;
 }
 
 double TimeControl::steps_of(double dt) const {

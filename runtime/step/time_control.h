@@ -17,7 +17,8 @@ struct InjectionLimit {
   double start, end, limit;  ///< [s]
 };
 
-/// The time of a run. Limits are what particles allow: the smallest of all patches and ranks.
+/// The time of a run. Limits are what particles allow: the smallest of all patches and ranks. Those
+/// of implicit steps are lengths that LoadSteps finds.
 class TimeControl {
  public:
   /// A particle in words, asked for only when a run is refused.
@@ -41,6 +42,8 @@ class TimeControl {
   /// dt of an adaptive step and, with it, the time at which the next one begins: shortened so that
   /// steps end at times of output and at the end.
   Planned plan(Step step, double limit);
+  /// The same of an implicit step of `dt`, whose limit is set, and again where that is cut.
+  void set_dt(Step step, double dt);
   /// The run ends with the steps that are done.
   void end_at(Step done) { nsteps_ = std::min<Index>(nsteps_, done); }
   /// No particle is on its way: the limit of the step that is next.
@@ -48,6 +51,8 @@ class TimeControl {
 
   bool is_adaptive() const { return step_.adaptive; }
   Index nsteps() const { return nsteps_; }  ///< that the run has at its end, as far as known
+  /// That it may have: a step that was to be the last one may be cut.
+  Index most_nsteps() const { return most_nsteps_; }
   double end_time() const { return end_time_; }
   /// The steps that `dt` makes of the run, as far as known.
   double steps_of(double dt) const;
@@ -70,7 +75,7 @@ class TimeControl {
 
   TimeStep step_;
   double end_time_, frame_dt_, history_dt_, gauge_dt_;
-  Index nsteps_;
+  Index most_nsteps_, nsteps_;
   std::vector<InjectionLimit> injections_;
   PerStep<double> dt_, start_time_, limit_;
 };

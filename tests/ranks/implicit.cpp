@@ -29,6 +29,23 @@ Model<2> bending_block(bool quasi_static, LinearSolver::Method solver) {
 
 }  // namespace
 
+TEST_CASE("adaptive implicit steps, of which some are cut") {
+  for (const bool quasi_static : {true, false}) {
+    CAPTURE(quasi_static);
+    Model<2> model = bending_block(quasi_static, LinearSolver::Method::automatic);
+    model.gravity[1] = -12;
+    model.functions = {MathFunction{.x = {0, 1}, .f = {0, 1}}};
+    model.gravity_function = 0;
+    model.analysis.step = {.adaptive = true, .dt = 0.5, .safety = 0.2};
+    model.analysis.end_time = 1;
+    Simulation simulation(model, {.threads = 1, .ranks = Communicator::world()});
+    simulation.run();
+    CHECK(simulation.time() == 1.0);
+    CHECK(simulation.info().solves.cuts > 1);
+    check_same_checkpoints(model, simulation.step());
+  }
+}
+
 TEST_CASE("implicit steps with a direct and an iterative solver") {
   for (const auto solver : {LinearSolver::Method::direct, LinearSolver::Method::iterative}) {
     CAPTURE(static_cast<int>(solver));

@@ -175,11 +175,42 @@ TEST_CASE("numbers of implicit steps have bounds") {
         "'tolerance' must be at least 0, found -1");
 }
 
+TEST_CASE("implicit steps are adaptive where the scenario says so, and need their longest step") {
+  const auto step_of = [](const std::string& keys) {
+    return model_of({.analysis = R"("mpm_scheme": "newmark", "end_time": 1, )" + keys})
+        .analysis.step;
+  };
+  const TimeStep adaptive = step_of(R"("dt": 0.1, "time_step": {"adaptive": true})"),
+                 eager = step_of(R"("dt": 0.1, "time_step": {"adaptive": true, "safety": 0.5})");
+  CHECK(adaptive.adaptive);
+  CHECK(adaptive.dt == 0.1);
+  CHECK(adaptive.safety == 0.2);  // 8 of 40 iterations
+  CHECK(eager.safety == 0.5);
+  CHECK(!step_of(R"("dt": 0.1, "time_step": {})").adaptive);
+  const Parts without{
+      .analysis = R"("mpm_scheme": "newmark", "end_time": 1, "time_step": {"adaptive": true})"};
+  CHECK(refusal(without) == "'dt' is missing in analysis");
+  CHECK(refusal(with(R"("time_step": {"adaptive": true, "safety": 0})")) ==
+        "'safety' must be greater than 0 and at most 1, found 0");
+  CHECK(refusal(with(R"("time_step": {"adaptive": true, "smallest": 1e-3})"))
+            .starts_with("unknown key 'smallest'"));
+}
+
+TEST_CASE("adaptive implicit steps refuse displacements of each step, but those that hold nodes") {
+  const std::string adaptive =
+      R"("mpm_scheme": "newmark", "dt": 0.01, "nsteps": 10, "time_step": {"adaptive": true})";
+  CHECK(refusal({.analysis = adaptive}) == "");
+  CHECK(refusal({.analysis = adaptive, .conditions = R"("displacement_constraints": [
+      {"nset": "base", "dir": "x", "displacement": 0},
+      {"nset": "base", "dir": "y", "displacement": 1e-3}])"})
+            .starts_with("'displacement_constraints' move nodes by as much in each step"));
+  CHECK(refusal({.analysis = adaptive, .conditions = R"("velocity_constraints": [
+      {"nset": "base", "dir": "y", "velocity": 1e-3}])"}) == "");
+}
+
 TEST_CASE("what implicit analyses do not support is refused by its key") {
   CHECK(refusal({.analysis = R"("mpm_scheme": "newmark", "nsteps": 10)"}) ==
         "'dt' is missing in analysis");
-  CHECK(refusal(with(R"("time_step": {"adaptive": true})")) ==
-        refused("'time_step': an adaptive step"));
   for (const std::string functions : {"cpdi", "cpdi2"})
     CHECK(refusal(with("\"shape_functions\": \"" + functions + "\"")) ==
           refused("'shape_functions': \"" + functions + "\""));

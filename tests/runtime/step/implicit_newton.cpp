@@ -57,7 +57,7 @@ ImplicitReport solve(const Model<Dim>& model) {
   append_solver_stages(model.analysis, stages);
   SolvePatches<Dim> body(model, stages);
   ImplicitSolver<Dim> solver(body.model, body.patches, {}, {.executor = {.threads = 1}}, nullptr);
-  return solver.solve(0, model.analysis.step.dt, true);
+  return solver.solve({.dt = model.analysis.step.dt, .first = true});
 }
 
 /// Residuals q as shares of the first one: q_(k+1) < 5000 q_k^2 in the last two iterations, apart

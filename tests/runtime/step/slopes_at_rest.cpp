@@ -153,22 +153,31 @@ TEST_CASE("a slide is told once: far in cells, and far beside the steps before")
   const LongestMove small{.metres = 1e-3, .cells = 2e-3}, far{.metres = 0.1, .cells = 0.2};
   SUBCASE("a slide") {
     SlideNotice notice;
-    for (Step k = 1; k <= 3; ++k) CHECK_FALSE(notice.add(k, 0.1, small));
-    CHECK(notice.add(4, 0.4, far));
-    CHECK_FALSE(notice.add(5, 0.5, {.metres = 10, .cells = 20}));
+    for (Step k = 1; k <= 3; ++k) CHECK_FALSE(notice.add(k, 0.1, 0.1, small));
+    CHECK(notice.add(4, 0.4, 0.1, far));
+    CHECK_FALSE(notice.add(5, 0.5, 0.1, {.metres = 10, .cells = 20}));
   }
   SUBCASE("less than a tenth of a cell") {
     SlideNotice notice;
-    notice.add(1, 0.1, small);
-    CHECK_FALSE(notice.add(2, 0.2, {.metres = 0.04, .cells = 0.08}));
+    notice.add(1, 0.1, 0.1, small);
+    CHECK_FALSE(notice.add(2, 0.2, 0.1, {.metres = 0.04, .cells = 0.08}));
   }
   SUBCASE("always far") {
     SlideNotice notice;
-    for (Step k = 1; k <= 10; ++k) CHECK_FALSE(notice.add(k, 0.1, far));
+    for (Step k = 1; k <= 10; ++k) CHECK_FALSE(notice.add(k, 0.1, 0.1, far));
+  }
+  SUBCASE("steps that are not alike") {
+    SlideNotice longer, shorter;
+    for (Step k = 1; k <= 3; ++k) {
+      CHECK_FALSE(longer.add(k, 0.1, 0.001, small));
+      CHECK_FALSE(shorter.add(k, 0.1, 0.1, far));
+    }
+    CHECK_FALSE(longer.add(4, 0.2, 0.1, far));     // as fast as before
+    CHECK_FALSE(shorter.add(4, 0.4, 0.001, far));  // as far as before
   }
   SUBCASE("loads that begin late") {
     SlideNotice notice;
-    notice.add(1, 0.1, {});
-    CHECK_FALSE(notice.add(2, 0.2, far));
+    notice.add(1, 0.1, 0.1, {});
+    CHECK_FALSE(notice.add(2, 0.2, 0.1, far));
   }
 }

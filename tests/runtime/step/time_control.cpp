@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,39 @@ TEST_CASE("time control: steps end at times of output and at the end of the run"
   }
   CHECK(ends == std::vector{0.25, 0.5, 0.8, 1.0});
   CHECK(frames == std::vector<Step>{1, 3});
+}
+
+TEST_CASE("time control: an implicit step that is cut is no more the last one") {
+  Analysis analysis = adaptive_analysis();
+  analysis.step.dt = 0.5;
+  TimeControl time(analysis, {}, {});
+  time.begin(HUGE_VAL, nobody);
+  CHECK(time.dt_of(0) == 0.5);
+  time.set_dt(1, 0.5);
+  CHECK(time.nsteps() == 2);
+  CHECK(time.time_at(2) == 1.0);
+  time.set_dt(1, 0.125);
+  CHECK(time.nsteps() == 100);
+  CHECK(time.time_at(2) == 0.625);
+  time.set_dt(2, 0.3);  // of the 0.375 s that are left: two equal steps, and no tiny one
+  CHECK(time.dt_of(2) == 0.1875);
+  time.set_dt(3, 0.3);
+  CHECK(time.nsteps() == 4);
+  CHECK(time.time_at(4) == 1.0);
+  time.set_dt(3, 2.0);  // not longer than the largest
+  CHECK(time.time_at(4) == 1.0);
+}
+
+TEST_CASE("time control: an implicit step that is cut may end at a time of output, too") {
+  OutputPlan output;
+  output.frame_dt = 0.4;
+  TimeControl time(adaptive_analysis(), output, {});
+  CHECK(time.begin(HUGE_VAL, nobody) == 1.0);
+  CHECK(time.dt_of(0) == 0.4);
+  time.set_dt(0, 0.25);
+  CHECK(time.dt_of(0) == 0.2);  // two equal ones
+  time.set_dt(0, 0.1);
+  CHECK(time.dt_of(0) == 0.1);
 }
 
 TEST_CASE("time control: a particle that comes in limits the steps from then on") {
