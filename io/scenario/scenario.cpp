@@ -8,6 +8,13 @@
 
 namespace lahar {
 
+namespace {
+
+/// Cells of a grid that are searched in a moment.
+constexpr Index quickly_searched = 10'000'000;
+
+}  // namespace
+
 template <int Dim>
 ScenarioBuilder<Dim>::ScenarioBuilder(ScenarioInput& in)
     : in_(in), team_(*in.team), root_(in.document.root) {}
@@ -20,6 +27,9 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_implicit();
   build_projection();
   build_mesh();
+  // Who is wrong is not kept waiting for what else may be wrong. All members have these problems.
+  if (!in_.problems.empty() && section("mesh").find("structured") && n_cells() > quickly_searched)
+    return std::move(model_);
   build_geometry();
   build_sets();
   build_materials();
@@ -180,7 +190,16 @@ Scenario read_case(ScenarioInput in, std::string text, const ScenarioOptions& op
   }
   check_section(scenario_section(), root, dim, in.document, in.problems);
   if (options.planned)
-    in.planned = [&](const std::string& folder) { options.planned(folder, stages); };
+    in.planned = [&](const std::string& folder) {
+      try {
+        options.planned(folder, stages);
+      } catch (const InputError& error) {
+        std::vector<Problem> problems = error.problems();
+        for (Problem& problem : problems)
+          if (!problem.where.empty()) problem = place_problem(in.document, problem);
+        throw InputError(std::move(problems));
+      }
+    };
 
   Scenario scenario;
   if (dim == 2)

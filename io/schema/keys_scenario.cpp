@@ -131,8 +131,7 @@ const Section& post_processing_section() {
       .keys = {
           {.key = "path",
            .kinds = text,
-           .help = "folder of the results, relative to the "
-                   "scenario's",
+           .help = "folder of the results, in that of the scenario; --output writes elsewhere",
            .fallback = "\"results/\""},
           {.key = "output_steps",
            .kinds = integer,

@@ -117,6 +117,7 @@ int CaseRun::execute() {
   about.gauges = simulation.gauge_tables();
   about.bodies = std::move(bodies);
   if (outline_.output.measured.maps.wanted) about.maps = map_columns();
+  ask_at_signals();
   make_folder(std::move(about));
   frames_ = std::make_unique<FrameOutput>(frames_folder(outline_.output.folder), ranks_,
                                           folder_ ? folder_->kept_frames() : KeptFrames{},
@@ -157,7 +158,7 @@ void CaseRun::begin_trace(const Simulation& simulation, const SimulationInfo& in
                          .executor = mode == ExecutionOptions::Mode::bulk     ? "bulk-synchronous"
                                      : mode == ExecutionOptions::Mode::serial ? "serial"
                                                                               : "task graph",
-                         .adaptive = outline_.analysis.step.adaptive,
+                         .adaptive = simulation.graph().has_dt,
                          .threads = info.threads,
                          .latency = arguments_.execution.latency};
   trace_ = std::make_unique<TraceSession>(outline_.output.folder, *arguments_.trace, ranks_, about,

@@ -15,7 +15,6 @@
 #include "runtime/program/model_picture.h"
 #include "runtime/program/ranks_begin.h"
 #include "runtime/program/run_description.h"
-#include "runtime/program/signals.h"
 #include "runtime/program/stages_run.h"
 #include "runtime/program/startup_progress.h"
 #include "runtime/program/study_options.h"
@@ -42,7 +41,7 @@ Scenario read(const RunArguments& arguments, const Team* team = nullptr, std::si
 
 int run_command(const RunArguments& given) {
   RunArguments arguments = given;
-  watch_signals();
+  end_before_steps(arguments, !arguments.restart.empty());
   Console console(voice_of(arguments));
   console.line("Lahar " + version_line());
   console.line("built with " + compiler_line());
@@ -76,6 +75,15 @@ void check_one(const RunArguments& arguments, Scenario& scenario, Console& conso
                    arguments.partitioner);
 }
 
+/// Warns where `lahar run` needs --output, and returns what to write behind it.
+std::string tell_distant_output(const RunArguments& arguments, const Scenario& scenario,
+                                Console& console) {
+  const auto problem = distant_output(arguments, outline_of(scenario.model).output.folder);
+  if (!problem) return "";
+  console.warn(std::vector{scenario.place(*problem)});
+  return " --output FOLDER";
+}
+
 int check_command(const RunArguments& given) {
   RunArguments arguments = given;
   arguments.execution.memory = memory_limit(arguments.memory, 1);
@@ -83,12 +91,14 @@ int check_command(const RunArguments& given) {
   std::size_t stages = 1;
   StageBody before;
   StageWarnings warnings;
+  std::string with;
   for (std::size_t k = 0; k < stages; ++k) {
     const bool draws = k == 0 && !arguments.picture.empty();
     std::vector<ModelMark> marks;
     Scenario scenario = read(arguments, nullptr, k, draws ? &marks : nullptr);
     if (draws) write_text_file(arguments.picture, model_picture(scenario.model, marks));
     warnings.say(scenario.warnings, console);
+    if (k == 0) with = tell_distant_output(arguments, scenario, console);
     if (!scenario.stages.empty()) {
       stages = scenario.stages.size();
       if (k == 0) before = body_of(scenario);
@@ -99,7 +109,7 @@ int check_command(const RunArguments& given) {
     check_one(arguments, scenario, console);
   }
   if (!arguments.picture.empty()) console.line(fmt::format("picture    {}", arguments.picture));
-  console.line(fmt::format("next: lahar run {}", arguments.scenario));
+  console.line(fmt::format("next: lahar run {}{}", arguments.scenario, with));
   return exit_ok;
 }
 

@@ -129,7 +129,7 @@ int look_for_factor(const SafetyOptions& given, const SafetyTrials& trials, cons
 int safety_command(const SafetyOptions& given) {
   SafetyOptions options = given;
   RunArguments& arguments = options.run;
-  watch_signals();
+  end_before_steps(arguments, false);
   check_alike(arguments);
   arguments.execution.memory = limit_of_ranks(arguments);
   const Communicator& ranks = arguments.execution.ranks;
@@ -144,6 +144,9 @@ int safety_command(const SafetyOptions& given) {
     return std::pair(tests,
                      describe_strength(of_trials.model, strength_of(of_trials.model, ranks)));
   }();
+  if (arguments.output.empty())
+    if (const auto far = distant_output(arguments, outline_of(first.model).output.folder))
+      throw InputError({first.place(*far)});
   const std::string name = first.stages.empty() ? "" : first.stages[last];
   const fs::path folder = arguments.output.empty()
                               ? outline_of(first.model).output.folder + "-safety"

@@ -13,6 +13,7 @@
 #include "physics/kernels/imbalance.h"
 #include "physics/materials/strength.h"
 #include "physics/particles/loads.h"
+#include "runtime/base/exit_codes.h"
 #include "runtime/comm/rank_watch.h"
 #include "runtime/program/case_run.h"
 #include "runtime/program/run_description.h"
@@ -252,12 +253,14 @@ SafetyTrial SafetyTrials::operator()(double factor) const {
 }
 
 SafetyTrial SafetyTrials::made(double factor) const {
+  const Communicator& ranks = arguments_.execution.ranks;
+  end_at_signals(ranks.rank() == 0 ? "between trials, which are lost." : "", exit_stopped);
   Scenario scenario = scenario_of(factor);
   std::visit([](auto& model) { show_all(model.output); }, scenario.model);
   const SimulationState state = state_at_start(*equilibrium_, false);
   const ModelOutline model = outline_of(scenario.model);
   const std::vector<double> gravity = gravity_of(scenario.model);
-  const Communicator& ranks = arguments_.execution.ranks;
+  ask_at_signals();
   RankWatch watch(ranks, [] { return stop_signal() != 0; });
   Observer observer;
   observer.progress = [&watch](Index step, double) {

@@ -11,7 +11,9 @@
 #include "io/run/run_folder.h"
 #include "io/scenario/scenario_difference.h"
 #include "io/scenario/stages.h"
+#include "runtime/base/exit_codes.h"
 #include "runtime/program/ranks_begin.h"
+#include "runtime/program/signals.h"
 
 namespace lahar {
 
@@ -36,6 +38,16 @@ Console::Voice voice_of(const RunArguments& arguments) {
   return arguments.execution.ranks.rank() > 0 ? Console::Voice::silent
          : arguments.quiet                    ? Console::Voice::quiet
                                               : Console::Voice::normal;
+}
+
+void end_before_steps(const RunArguments& arguments, bool goes_on) {
+  std::string text = "before the first step; nothing was written.";
+  if (goes_on)
+    text = arguments.can_restart
+               ? "before the first step. To continue: the same command with --restart latest."
+               : "before the first step. To begin again: the same command with --overwrite.";
+  if (arguments.execution.ranks.rank() > 0) text.clear();
+  end_at_signals(text, goes_on && arguments.can_restart ? exit_stopped : 0);
 }
 
 void StageWarnings::say(const std::vector<Problem>& warnings, Console& console) {
@@ -141,6 +153,7 @@ void StagesRun::clear(std::size_t first) {
 
 int StagesRun::run(std::size_t stage, const Begin& from, Console& console) {
   const std::string restart = stage == from.stage ? from.restart : "";
+  end_before_steps(arguments_, stage > 0 || !restart.empty());
   Scenario scenario = read_(stage);
   console.line(stage_line(scenario));
   RunArguments arguments = arguments_;
@@ -185,8 +198,26 @@ int StagesRun::execute() {
   return 0;
 }
 
+std::optional<Problem> distant_output(const RunArguments& arguments, const std::string& planned) {
+  const fs::path& given = arguments.options.folder;
+  const fs::path own = given.empty() ? fs::path(arguments.scenario).parent_path() : given;
+  const fs::path base = (fs::absolute(own.empty() ? "." : own) / "").lexically_normal();
+  const fs::path folder = fs::absolute(planned).lexically_normal();
+  if (*folder.lexically_relative(base).begin() != "..") return {};
+  return Problem{
+      .where = "/post_processing/path",
+      .message = fmt::format("results would be in {}, which is not in the folder of the scenario, "
+                             "{}",
+                             folder.string(), base.string()),
+      .hint =
+          "take a folder in there, such as \"results/\", or say --output FOLDER: a scenario of "
+          "others must not write where it likes"};
+}
+
 void check_output(const RunArguments& arguments, const std::string& planned,
                   const std::vector<std::string>& stages) {
+  if (arguments.output.empty())
+    if (const auto problem = distant_output(arguments, planned)) throw InputError({*problem});
   if (!arguments.restart.empty()) return;
   const fs::path folder = arguments.output.empty() ? planned : arguments.output;
   on_first_rank(arguments.execution.ranks,

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ namespace lahar {
 
 /// What a run says on this rank.
 Console::Voice voice_of(const RunArguments& arguments);
+
+/// Until there are steps, a signal ends the program at once: as one that was stopped where the run
+/// goes on from a checkpoint, else by itself.
+void end_before_steps(const RunArguments& arguments, bool goes_on);
 
 /// Warnings of stages, each of which says again what those before it said.
 class StageWarnings {
@@ -61,6 +66,10 @@ class StagesRun {
   std::vector<std::string> left_;  ///< stages whose folders clear() has left, with other files
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
 };
+
+/// What is wrong with the output folder that a scenario names: it must lie in the scenario's own,
+/// as the scenario may be of others. Symbolic links are those of the disk, and not looked at.
+std::optional<Problem> distant_output(const RunArguments& arguments, const std::string& planned);
 
 /// Throws where the run could not have its output folder, `planned` by the scenario, so that it
 /// ends before the model is built. Collective.
