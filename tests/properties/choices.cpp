@@ -37,13 +37,15 @@ int Choices::note(const std::string& name, int value) {
 }
 
 int Choices::pick(const std::string& name, int n) {
-  if (random_) return note(name, static_cast<int>(draw(name) % static_cast<std::uint64_t>(n)));
   const auto found = given_.find(name);
+  if (random_ && found == given_.end())
+    return note(name, static_cast<int>(draw(name) % static_cast<std::uint64_t>(n)));
   return note(name, found == given_.end() ? 0 : std::clamp(found->second, 0, n - 1));
 }
 
 bool Choices::chance(const std::string& name, int percent) {
-  if (random_) return note(name, draw(name) % 100 < static_cast<std::uint64_t>(percent)) != 0;
+  if (random_ && !given_.contains(name))
+    return note(name, draw(name) % 100 < static_cast<std::uint64_t>(percent)) != 0;
   return pick(name, 2) != 0;
 }
 

@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace lahar::test {
@@ -16,7 +17,9 @@ class Choices {
  public:
   using Values = std::map<std::string, int>;
 
-  explicit Choices(std::uint64_t seed) : seed_(seed), random_(true) {}
+  /// Random, but for those that are given.
+  explicit Choices(std::uint64_t seed, Values given = {})
+      : seed_(seed), random_(true), given_(std::move(given)) {}
   explicit Choices(Values values) : given_(std::move(values)) {}
 
   /// One of 0 to n - 1. Asked again, the same.

@@ -63,6 +63,10 @@ class HangWatch {
   std::jthread thread_;
 };
 
+Choices choices_of(std::uint64_t seed) {
+  return Choices(seed, values_in(environment("LAHAR_CHOICES").value_or("")));
+}
+
 class Trial {
  public:
   Trial(const Property& property, const Speaker& speaker)
@@ -142,7 +146,7 @@ Tally try_cases(Seeds seeds, const Property& property, const Speaker& speaker) {
   HangWatch watch(speaker.speaks);
   for (std::uint64_t seed = seeds.first; tally.cases < seeds.count; ++seed, ++tally.cases) {
     watch.begin(seed);
-    Choices choices(seed);
+    Choices choices = choices_of(seed);
     const Verdict verdict = trial.verdict(choices);
     if (!verdict.refused.empty()) {
       ++tally.refused;

@@ -23,7 +23,8 @@ using Property = std::function<Verdict(const GeneratedCase&, const std::filesyst
                                        Choices& choices)>;
 
 /// Which cases: `count` seeds from `first`. The environment variable
-/// LAHAR_SCENARIOS="FIRST[:COUNT]" says others.
+/// LAHAR_SCENARIOS="FIRST[:COUNT]" says others, and LAHAR_CHOICES="NAME=NUMBER ..." makes some
+/// choices of all of them.
 struct Seeds {
   std::uint64_t first = 1;
   int count = 1;

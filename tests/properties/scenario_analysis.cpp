@@ -50,7 +50,7 @@ void add_step(Choices& choices, const Outline& outline, GeneratedCase& made, Jso
   if (choices.chance("adaptive", 45)) {
     step["adaptive"] = true;
     step["safety"] = choices.number("safety", 0.4, 0.15, 0.7);
-    if (choices.chance("adaptive.limited", 30)) analysis["dt"] = 0.3 * dt;
+    if (choices.chance("adaptive.limited", 30) || outline.projects()) analysis["dt"] = 0.3 * dt;
   } else {
     analysis["dt"] = choices.number("dt", 0.3, 0.1, 0.6) * dt;
     if (!choices.chance("dt.refused", 2)) step["accept_unstable"] = true;
@@ -85,32 +85,40 @@ Json analysis_of(Choices& choices, const Outline& outline, GeneratedCase& made) 
                 {"mpm_scheme", outline.scheme},
                 {"shape_functions", outline.functions},
                 {"velocity_update", outline.update}};
-  if (outline.update == "flip" && choices.chance("transfer.default", 20))
+  if (outline.is_implicit() || (outline.update == "flip" && choices.chance("transfer.default", 20)))
     analysis.erase("velocity_update");
   else if (const Json settings = settings_of(choices, outline); !settings.empty())
     analysis["velocity_update_settings"] = settings;
-  add_step(choices, outline, made, analysis);
+  if (outline.is_implicit())
+    analysis["nsteps"] = made.steps;
+  else
+    add_step(choices, outline, made, analysis);
+  if (!outline.solves.empty()) analysis.update(solving_steps_of(choices, outline));
   if (outline.contact) add_contact(choices, outline, analysis);
   add_watchdog(choices, analysis);
   if (outline.cbgeo && choices.chance("as_cbgeo", 30)) analysis["as_cbgeo"] = true;
   if (!choices.chance("must_stay", 25)) analysis["locate_particles"] = false;
-  if (choices.chance("damping", 25)) {
+  if (!outline.is_implicit() && choices.chance("damping", 25)) {
     analysis["damping"] = {{"type", "Cundall"}, {"damping_factor", 0.05}};
-    if (choices.chance("damping.viscous", 40))
+    if (outline.projects() || choices.chance("damping.viscous", 40))
       analysis["damping"] = {{"type", "Viscous"}, {"damping_factor", 3.0}};
   }
   const bool across = outline.plane != "strain";
   if (across) analysis["plane"] = outline.plane;
-  if (!across && choices.chance("pressure_smoothing", 20)) analysis["pressure_smoothing"] = true;
+  if (!across && outline.solves.empty() && choices.chance("pressure_smoothing", 20))
+    analysis["pressure_smoothing"] = true;
   if (outline.ends_at_rest)
     analysis["until"] = {{"imbalance", choices.number("until.imbalance", 0.9, 0.01, 1)},
                          {"kinetic_energy", choices.number("until.energy", 1, 1e-3, 10)}};
   if (!outline.pores && choices.chance("opening", 40))
-    analysis["opening"] = choices.chance("opening.off", 50) ? false : true;
+    analysis["opening"] = outline.solves.empty() && !choices.chance("opening.off", 50);
   const bool smooth = analysis.contains("pressure_smoothing");
-  if (!smooth && outline.plane != "stress" && !outline.functions.starts_with("cpdi") &&
+  const bool locks = outline.is_implicit() ? !across : !outline.projects();
+  if (!smooth && locks && outline.plane != "stress" && !outline.functions.starts_with("cpdi") &&
       !outline.pores && !outline.fields && choices.chance("b_bar", 25))
     analysis["b_bar"] = true;
+  else if (outline.is_implicit() && outline.fields)
+    analysis["b_bar"] = false;  // the default of some
   if (choices.chance("large_domains", 15)) analysis["large_domains"] = "error";
   analysis["patch_particles"] = choices.of("patch_particles", {4096, 64, 24, 8, 3, 1});
   analysis["split_steps"] = choices.of("split_steps", {0, 100, 10, 3, 1});

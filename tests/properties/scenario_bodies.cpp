@@ -26,6 +26,8 @@ Place place_of(Choices& choices, const Outline& outline, int body) {
     place.size.push_back(size);
     place.low.push_back(std::clamp(low + choices.pick(of + ".place", 5), 0, room - size));
   }
+  if (outline.solves == "equilibrium" && !choices.chance(name("body", body, "falls"), 10))
+    place.low.back() = 0;
   place.low.resize(3, 0.0);
   place.size.resize(3, 0.0);
   return place;
@@ -87,7 +89,7 @@ Json generator_of(Choices& choices, const Outline& outline, int body, GeneratedC
   const std::string own = name("body", body, "");
   const int most = outline.dim == 2 ? 3 : 2;
   // The first body is there from the beginning as a rule: its particles are a set.
-  const bool can_inject = body > 0 && !outline.stages && !outline.fields;
+  const bool can_inject = body > 0 && !outline.stages && !outline.fields && outline.solves.empty();
   const int kind = choices.pick(own + "kind", can_inject ? 6 : 4);
   Json generator;
   const auto fill_cells = [&](const char* type) {
@@ -142,7 +144,7 @@ Json bodies_of(Choices& choices, const Outline& outline, GeneratedCase& made, Js
 Json rigid_bodies_of(Choices& choices, const Outline& outline) {
   Json all = Json::array();
   const bool fits = outline.scheme != "usl" && !outline.second_order && !outline.cbgeo &&
-                    outline.plane != "stress" && !outline.pores;
+                    outline.plane != "stress" && !outline.pores && !outline.projects();
   if (!fits || !choices.chance("rigid", 30)) return all;
   const int up = outline.dim - 1;
   const auto at = [&](double share, double cells) {  // share of the extent along all but the last
@@ -160,12 +162,16 @@ Json rigid_bodies_of(Choices& choices, const Outline& outline) {
   all.push_back({{"region", {{"half_space", {{"point", at(0, 0.3)}, {"normal", along_last(1)}}}}},
                  {"friction", friction}});
   if (outline.shapes && choices.chance("rigid.bed", 60)) all[0]["region"] = {{"below", "bed"}};
+  if (choices.chance("rigid.sticky", 30)) all[0]["cohesion"] = 50;
+  if (outline.is_implicit()) return all;  // which have none that move
   if (choices.chance("rigid.free", 60))
     all.push_back(
         {{"region", {{"sphere", {{"centre", at(0.5, 0.65)}, {"radius", 0.3 * outline.h.back()}}}}},
          {"density", choices.number("rigid.density", 2000, 100, 5000)},
          {"velocity", along_last(choices.number("rigid.speed", 2, 0, 3))},
          {"friction", friction}});
+  if (all.size() == 2 && outline.plane != "axisymmetric" && choices.chance("rigid.spins", 40))
+    all[1]["spin"] = outline.dim == 2 ? Json(4) : Json{1, 3, -2};
   if (outline.shapes && outline.dim == 3 && all.size() == 2 && choices.chance("rigid.stone", 60))
     all[1]["region"] = {{"inside", "stone"}};
   if (choices.chance("rigid.tool", 40)) {

@@ -72,8 +72,11 @@ Json gauge_of(Choices& choices, const std::string& of, const Outline& outline, i
     case 6:
       gauge = {{"type", "particles"}};
       break;
-    default:
+    case 7:
       gauge = {{"type", "track"}, {"pset", "tracked"}, {"fields", fields_of(choices, of)}};
+      return gauge;
+    default:
+      gauge = {{"type", "force"}, {"nset", "felt"}, {"at", place(outline, {0.5, 0, 0}, dim)}};
       return gauge;
   }
   add_filter(choices, of, outline, gauge);
@@ -87,9 +90,12 @@ void add_gauges(Choices& choices, const Outline& outline, double dt, Json& outpu
   sets["particles"]["tracked"]["box"] = {{"min", point(outline, {2, 1, 1})},
                                          {"max", point(outline, {7, 6, 5})}};
   Json all = Json::array();
-  for (int kind = 0; kind < 8; ++kind) {
+  sets["nodes"]["felt"]["box"] = {{"min", point(outline, {0, 0, 0})},
+                                  {"max", place(outline, {1, 0.1, 1}, outline.dim)}};
+  for (int kind = 0; kind < 9; ++kind) {
     const bool columns = kind == 2 || kind == 3;
     if (columns && outline.plane == "axisymmetric") continue;
+    if (kind == 8 && outline.pores) continue;  // where damping may not be measured
     if (!choices.chance(name("gauge", kind, "there"), 50)) continue;
     all.push_back(gauge_of(choices, name("gauge", kind, ""), outline, kind));
     all.back()["name"] = fmt::format("gauge{}", kind);

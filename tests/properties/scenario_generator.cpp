@@ -17,6 +17,7 @@ double with_four_digits(double value) {
 
 std::string element_of(Choices& choices, const Outline& outline) {
   if (!choices.chance("element.other", 35)) return outline.dim == 2 ? "ED2Q4" : "ED3H8";
+  if (outline.projects()) return outline.dim == 2 ? "ED2T3" : "ED3T4";
   const std::string name = outline.dim == 2
                                ? choices.of("element", {"ED2T3", "ED2Q9", "ED2T6", "ED2Q8"})
                                : choices.of("element", {"ED3T4", "ED3H27", "ED3H20"});
@@ -43,8 +44,10 @@ void decide_method(Choices& choices, Outline& outline) {
   outline.functions = choices.of("functions", {"element", "quadratic_spline", "gimp", "cpdi",
                                                "cubic_spline", "uniform_gimp", "cpdi2"});
   const bool linear_box = outline.element == "ED2Q4" || outline.element == "ED3H8";
-  if (outline.table || !linear_box) outline.functions = "element";
+  if (outline.table || !linear_box || outline.projects()) outline.functions = "element";
+  if (outline.is_implicit() && outline.functions.starts_with("cpdi")) outline.functions = "gimp";
   outline.update = choices.of("update", {"flip", "pic", "apic", "tpic", "asflip", "xpic", "fmpm"});
+  if (outline.is_implicit()) outline.update = "flip";
   const bool moments = outline.update == "apic" || outline.update == "asflip";
   if (moments && outline.second_order) outline.update = "tpic";
   const bool affine = moments || outline.update == "tpic";
@@ -53,19 +56,26 @@ void decide_method(Choices& choices, Outline& outline) {
   if (outline.update == "asflip" && outline.functions == "cpdi2") outline.update = "apic";
   const bool has_order = outline.update == "xpic" || outline.update == "fmpm";
   if (outline.pores && (has_order || outline.update == "asflip")) outline.update = "flip";
-  outline.contact = outline.bodies > 1 && !outline.second_order && !outline.pores &&
-                    choices.chance("contact", 40);
+  const bool meets = outline.bodies > 1 && outline.solves.empty();
+  outline.contact =
+      meets && !outline.second_order && !outline.pores && choices.chance("contact", 40);
   outline.scheme = choices.of("scheme", {"usf", "usl", "musl"});
   if (outline.contact && !outline.cbgeo) outline.scheme = "musl";
+  if (!outline.solves.empty()) outline.scheme = outline.projects() ? "projection" : "newmark";
   const auto is_fluid = [](const std::string& type) {
     return type == "Newtonian" || type == "Bingham";
   };
   const auto& materials = outline.materials;
   const bool fluid = std::any_of(materials.begin(), materials.end(), is_fluid);
-  const bool plane = outline.dim == 2 && !outline.cbgeo && !outline.contact && !outline.pores;
+  const bool plane = outline.dim == 2 && !outline.cbgeo && !outline.contact && !outline.pores &&
+                     !outline.projects();
   if (plane && choices.chance("plane", 30))
     outline.plane = fluid || choices.chance("plane.ring", 60) ? "axisymmetric" : "stress";
-  outline.accelerates = !outline.contact && choices.chance("accelerates", 15);
+  outline.accelerates = !outline.contact && !(outline.is_implicit() && outline.cbgeo) &&
+                        choices.chance("accelerates", 15);
+  outline.displaces = outline.is_implicit() && outline.plane != "axisymmetric" &&
+                      !outline.accelerates && choices.chance("displaces", 25);
+  outline.pressured = outline.projects() && choices.chance("pressured", 35);
   outline.functions_of_time = choices.pick("functions_of_time", 3);
 }
 
@@ -75,11 +85,12 @@ void decide_more(Choices& choices, Outline& outline) {
   outline.shapes = choices.chance("shapes", 30);
   if (outline.dim == 3 && choices.chance("map_origin", 40)) outline.map_origin = {5000, 30000};
   outline.fields = choices.chance("fields", 25);
-  outline.pores = choices.chance("pores", 12);
+  outline.pores = !outline.is_implicit() && choices.chance("pores", outline.projects() ? 40 : 12);
   outline.k0 = choices.chance("k0", 20);
   outline.stages = choices.chance("stages", 25);
   outline.gauges = choices.chance("gauges", 40);
-  outline.ends_at_rest = choices.chance("until", 15);
+  outline.ends_at_rest =
+      (outline.solves.empty() || outline.solves == "equilibrium") && choices.chance("until", 15);
 }
 
 }  // namespace
@@ -107,6 +118,8 @@ Outline outline_of(Choices& choices) {
   outline.dim = choices.chance("three_dimensions", 35) ? 3 : 2;
   outline.cbgeo = choices.chance("preset.cbgeo", 25);
   outline.bodies = 1 + choices.pick("bodies", 3);
+  if (choices.chance("solves", 12))
+    outline.solves = choices.of("solves.for", {"equilibrium", "dynamics", "pressure"});
   decide_mesh(choices, outline);
   decide_more(choices, outline);
   return outline;
@@ -121,7 +134,12 @@ GeneratedCase generate_case(Choices& choices) {
   // Soils that come apart take increments in up to 1024 parts.
   if (outline.has_soil) outline.speed = 1;
   const bool is_long = choices.chance("long", 12);
-  made.steps = 1 + choices.pick("steps", outline.has_soil ? 15 : is_long ? 90 : 45);
+  const bool solves = !outline.solves.empty();
+  made.steps = 1 + choices.pick("steps", solves && outline.has_soil ? 3
+                                         : solves                   ? 12 / (outline.dim - 1)
+                                         : outline.has_soil         ? 15
+                                         : is_long                  ? 90
+                                                                    : 45);
   decide_method(choices, outline);
   scenario["mesh"] = mesh_of(choices, outline, made);
   scenario["mesh"]["boundary_conditions"] = boundary_of(choices, outline, made, sets);
@@ -143,6 +161,11 @@ GeneratedCase generate_case(Choices& choices) {
     scenario["geometry"] = shapes;
   Json stages = stages_of(choices, outline, made, materials);
   if (Json bodies = rigid_bodies_of(choices, outline); !bodies.empty()) {
+    if (outline.gauges && choices.chance("gauge.rigid", 50)) {
+      bodies[0]["name"] = "lowest";
+      scenario["post_processing"]["gauges"].push_back(
+          {{"name", "on_lowest"}, {"type", "force"}, {"rigid_body", "lowest"}});
+    }
     scenario["rigid_bodies"] = bodies;
     for (std::size_t k = 1; k < stages.size() && bodies.size() > 1; ++k) {
       if (!choices.chance(fmt::format("stages.{}.body_goes", k), 40)) continue;

@@ -187,6 +187,11 @@ Json materials_of(Choices& choices, Outline& outline, GeneratedCase& made) {
     Json law = law_of(choices, of);
     const bool is_fluid = law["type"] == "Newtonian" || law["type"] == "Bingham";
     if (outline.pores && is_fluid) law = elastic(choices, of, "NeoHookean");
+    const bool is_soil = law["type"] == "ModifiedCamClay" || law["type"] == "NorSand";
+    if (outline.is_implicit() && outline.dim == 3 && is_soil)  // steps would take seconds
+      law = elastic(choices, of, "LinearElastic");
+    if (outline.projects() && !outline.pores && !is_fluid)
+      law = choices.chance(of + "bingham", 40) ? bingham(choices, of) : fluid(choices, of);
     const std::string type = law["type"];
     outline.materials.push_back(type);
     outline.opens |= type != "LinearElastic" && type != "VonMises" && type != "NeoHookean";
@@ -205,11 +210,13 @@ Json materials_of(Choices& choices, Outline& outline, GeneratedCase& made) {
     all.push_back(std::move(law));
   }
   if (outline.pores) {
-    all.push_back({{"type", "Newtonian"},
-                   {"density", 1000},
-                   {"bulk_modulus", 4e4},
-                   {"dynamic_viscosity", 1e-3}});
+    all.push_back(
+        {{"type", "Newtonian"},
+         {"density", 1000},
+         {"bulk_modulus", outline.projects() && choices.chance("pores.stiff", 50) ? 2e9 : 4e4},
+         {"dynamic_viscosity", 1e-3}});
     outline.materials.emplace_back("Newtonian");
+    outline.opens = true;
   }
   return all;
 }

@@ -79,13 +79,23 @@ void add_side(Choices& choices, const Outline& outline, const Side& side, Json& 
   const std::string of = side.set + ".";
   const char* dir = axes[side.axis];
   const auto fix = [&](const char* along, double velocity) {
+    if (outline.displaces) {
+      boundary["displacement_constraints"].push_back(
+          {{"nset", side.set}, {"dir", along}, {"displacement", 0.02 * velocity}});
+      return;
+    }
     boundary["velocity_constraints"].push_back(
         {{"nset", side.set}, {"dir", along}, {"velocity", velocity}});
+    if (outline.pores && choices.chance(of + along + ".phase", 25))
+      boundary["velocity_constraints"].back()["phase"] =
+          choices.of(of + along + ".phase.name", {"skeleton", "liquid"});
   };
-  if (!outline.pores && choices.chance(of + "springs", 15))
+  if (!outline.pores && outline.solves.empty() && choices.chance(of + "springs", 15))
     boundary["spring_constraints"].push_back(
         {{"nset", side.set}, {"dir", dir}, {"stiffness", 20}, {"damping", 0.5}});
-  switch (choices.pick(of + "kind", 8)) {
+  const bool is_floor = side.axis == outline.dim - 1 && side.sign < 0;
+  const bool stands = outline.solves == "equilibrium" && is_floor;
+  switch (stands && !choices.chance(of + "other", 20) ? 2 : choices.pick(of + "kind", 8)) {
     case 1:
       return fix(dir, 0);
     case 2:
@@ -109,12 +119,13 @@ void add_side(Choices& choices, const Outline& outline, const Side& side, Json& 
                     {"dir", dir},
                     {"sign_n", side.sign},
                     {"friction", choices.number(of + "friction", 0.3, 0, 0.6)}};
-      if (choices.chance(of + "one_sided", 60)) friction["two_sided"] = false;
+      if (outline.is_implicit() || choices.chance(of + "one_sided", 60))
+        friction["two_sided"] = false;
       boundary["friction_constraints"].push_back(friction);
       return;
     }
     case 5: {
-      if (outline.pores) return fix(dir, 0);
+      if (outline.pores || !outline.solves.empty()) return fix(dir, 0);
       Json absorbing{{"nset", side.set}, {"dir", dir}, {"delta", 4}, {"h_min", 0.1}};
       absorbing["position"] = outline.dim == 2 ? "edge" : "face";
       if (choices.chance(of + "weak", 50)) absorbing.update({{"a", 0.7}, {"b", 0.5}});
@@ -124,7 +135,8 @@ void add_side(Choices& choices, const Outline& outline, const Side& side, Json& 
     case 6:
       fix(dir, choices.number(of + "speed", 0, -0.5, 0.5));
       if (outline.functions_of_time > 0 && choices.chance(of + "timed", 50))
-        boundary["velocity_constraints"].back()["math_function_id"] = 0;
+        boundary[outline.displaces ? "displacement_constraints" : "velocity_constraints"]
+            .back()["math_function_id"] = 0;
       return;
     case 7: {
       if (!outline.accelerates) return;
@@ -198,7 +210,7 @@ Json boundary_of(Choices& choices, const Outline& outline, GeneratedCase& made, 
     const double low = outline.dim == 2 ? 5 : 3;
     sets["nodes"]["obstacle"]["box"] = {{"min", point(outline, {low, low, low})},
                                         {"max", point(outline, {low + 1, low + 1, low + 1})}};
-    if (!outline.accelerates)
+    if (!outline.accelerates && !outline.displaces)
       boundary["velocity_constraints"].push_back(
           {{"nset", "obstacle"}, {"dir", "y"}, {"velocity", 0}});
     boundary["friction_constraints"].push_back({{"nset", "obstacle"},
@@ -207,11 +219,21 @@ Json boundary_of(Choices& choices, const Outline& outline, GeneratedCase& made, 
                                                 {"friction", 0.2},
                                                 {"two_sided", false}});
   }
-  if (choices.chance("turned_axes", 15)) {
+  if (outline.pressured || (outline.projects() && choices.chance("drained", 20))) {
+    sets["nodes"]["reservoir"]["half_space"] = {
+        {"point", point(outline, {0, 0, 0})},
+        {"normal", outline.dim == 2 ? Json{1, 0} : Json{1, 0, 0}}};
+    Json pressure{{"nset", "reservoir"}, {"pressure", 0}};
+    if (outline.pressured) pressure["pressure"] = choices.number("pressured.by", 200, -100, 500);
+    if (outline.functions_of_time > 0 && choices.chance("pressured.timed", 40))
+      pressure["math_function_id"] = 0;
+    boundary["pressure_constraints"].push_back(pressure);
+  }
+  if (outline.plane != "axisymmetric" && choices.chance("turned_axes", 15)) {
     made.files["angles.txt"] = outline.dim == 2 ? angles_file<2>(outline) : angles_file<3>(outline);
     boundary["nodal_euler_angles"] = "angles.txt";
   }
-  if (choices.chance("driven", 15)) {
+  if (outline.solves.empty() && choices.chance("driven", 15)) {
     const bool all = choices.chance("driven.all", 20);
     const bool part = !all && choices.chance("driven.part", 60);
     Json driven{{"dir", axes[choices.pick("driven.axis", outline.dim)]},

@@ -18,6 +18,11 @@ struct Outline {
   int dim = 2;
   bool cbgeo = false;  ///< preset
   std::string element, functions, scheme, update;
+  /// What steps solve systems for: "dynamics" or "equilibrium" (implicit steps), "pressure"
+  /// (projections); empty = nothing, they are explicit.
+  std::string solves;
+  bool displaces = false;  ///< some nodes have prescribed displacements of implicit steps
+  bool pressured = false;  ///< some nodes have a prescribed pressure other than 0
   std::string plane = "strain";
   bool table = false;  ///< the mesh is a file
   bool second_order = false;
@@ -41,6 +46,8 @@ struct Outline {
   bool gauges = false;
   bool ends_at_rest = false;  ///< a run may end by itself
 
+  bool is_implicit() const { return solves == "dynamics" || solves == "equilibrium"; }
+  bool projects() const { return solves == "pressure"; }
   /// Materials that bodies have.
   std::size_t solids() const { return materials.size() - (pores ? 1 : 0); }
   double extent(int d) const {
@@ -74,6 +81,11 @@ Json loads_of(Choices& choices, const Outline& outline, Json& sets);
 Json functions_of(Choices& choices, const Outline& outline);
 Json analysis_of(Choices& choices, const Outline& outline, GeneratedCase& made);
 Json output_of(Choices& choices, const Outline& outline, const GeneratedCase& made, double dt);
+
+/// Scheme, time step and settings of steps that solve systems.
+Json solving_steps_of(Choices& choices, const Outline& outline);
+/// The same of explicit ones, for a stage of a scenario with implicit steps.
+Json explicit_steps_of(Choices& choices, const std::string& of, const Outline& outline);
 
 /// A fixed step that the waves bear [s].
 double stable_step(const Outline& outline);

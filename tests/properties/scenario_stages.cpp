@@ -72,7 +72,7 @@ void add_method(Choices& choices, const std::string& of, const Outline& outline,
                 const GeneratedCase& made, Json& stage) {
   if (choices.chance(of + "steps", 50))
     stage["analysis"]["nsteps"] = 1 + choices.pick(of + "steps.number", made.steps);
-  if (choices.chance(of + "scheme", 30) && !outline.contact)
+  if (outline.solves.empty() && choices.chance(of + "scheme", 30) && !outline.contact)
     stage["analysis"]["mpm_scheme"] = choices.of(of + "scheme.name", {"musl", "usf"});
   if (choices.chance(of + "undamped", 20)) stage["analysis"]["damping"] = nullptr;
   if (choices.chance(of + "until", 15)) stage["analysis"]["until"] = nullptr;
@@ -104,6 +104,11 @@ Json stages_of(Choices& choices, const Outline& outline, const GeneratedCase& ma
   Json all = Json::array();
   if (!outline.stages) return all;
   all.push_back({{"name", "first"}});
+  // Implicit steps before explicit ones, or after them.
+  const bool changes =
+      outline.is_implicit() && !outline.displaces && choices.chance("stages.solve", 50);
+  const bool begins = changes && choices.chance("stages.solve.later", 50);
+  if (begins) all[0]["analysis"] = explicit_steps_of(choices, "stages.first.", outline);
   const int more = 1 + choices.pick("stages.more", 2);
   for (int k = 0; k < more; ++k) {
     const std::string of = name("stage", k, "");
@@ -112,6 +117,11 @@ Json stages_of(Choices& choices, const Outline& outline, const GeneratedCase& ma
     if (!choices.chance(of + "same_method", 25)) {
       add_method(choices, of, outline, made, stage);
       add_materials(choices, of, materials, stage);
+    }
+    if (changes && k == 0) {
+      stage["analysis"].update(begins ? solving_steps_of(choices, outline)
+                                      : explicit_steps_of(choices, of, outline));
+      if (begins) stage["analysis"]["time_step"] = nullptr;
     }
     all.push_back(stage);
   }
