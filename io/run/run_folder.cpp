@@ -50,7 +50,7 @@ void remove_results(const fs::path& folder) {
     remove_abandoned_parts(folder / name);
   }
   for (const auto& [name, endings] :
-       {std::pair{"gauges", ".csv"}, {"maps", ".asc .tif"}, {"bodies", ".vtp"}}) {
+       {std::pair{"gauges", ".csv"}, {"maps", ".asc .prj .tif"}, {"bodies", ".vtp"}}) {
     if (!fs::is_directory(folder / name)) continue;
     for (const auto& entry : fs::directory_iterator(folder / name))
       if (const std::string ending = entry.path().extension().string();

@@ -16,8 +16,9 @@ const Section& gauge_section() {
           "around a place over the area of the mesh there. `front`: the largest and the least "
           "position of centres of particles along `direction`. `plane`: mass and volume beyond a "
           "plane, and the mass that passes it; what is injected beyond it has not passed it. "
-          "`particles`: mass, volume, centre, velocity and kinetic energy of particles. In "
-          "saturated soil both count grains and liquid. `track`: each particle of a set. `force`: "
+          "`particles`: mass, volume, centre, velocity, kinetic and potential energy of particles. "
+          "In saturated soil both count grains and liquid. `track`: each particle of a set. "
+          "`force`: "
           "force and moment of the material on what holds the nodes of a set, or on a rigid body, "
           "as means since the row before. Supports, walls, "
           "springs and absorbing boundaries hold nodes. Two bodies that meet do not count.",

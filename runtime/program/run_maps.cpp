@@ -29,6 +29,8 @@ void write_maps(const std::filesystem::path& run, const MapPlan& plan, const Map
     const auto values = std::span(maps).subspan(first, cells);
     first += cells;
     write_text_file(folder / (map.name + ".asc"), ascii_grid_text(grid, values));
+    if (!frame.reference.empty())
+      write_text_file(folder / (map.name + ".prj"), frame.reference + '\n');
     if (!has_gdal()) continue;
     const std::filesystem::path file = folder / (map.name + ".tif");
     AtomicFile atomic(file);

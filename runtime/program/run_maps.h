@@ -13,7 +13,8 @@ namespace lahar {
 /// What the maps are, in the order in which a run keeps them (runtime/step/map_sums.h).
 std::vector<GaugeColumn> map_columns();
 
-/// Write RUN/maps/NAME.asc and, where there is GDAL, NAME.tif. Throws IoError.
+/// Write RUN/maps/NAME.asc, beside it NAME.prj with the coordinate reference system if it is known,
+/// and where there is GDAL, NAME.tif. Throws IoError.
 void write_maps(const std::filesystem::path& run, const MapPlan& plan, const MapFrame& frame,
                 const std::vector<double>& maps);
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "physics/base/error.h"
-#include "physics/materials/pore_liquid.h"
+#include "physics/particles/liquid_content.h"
 
 namespace lahar {
 
@@ -48,8 +48,7 @@ class Counted {
   /// must not depend on the code around it.
   [[gnu::noinline]] double liquid_mass(Local p) const {
     const auto& liquid = model_.materials[particles_.material[static_cast<std::size_t>(p)]].liquid;
-    return liquid_mass_of(liquid, particles_.row(Column::mass)[p],
-                          particles_.row(Column::volume)[p]);
+    return compressed_mass_of(liquid, particles_, p);
   }
   double x(int d, Local p) const { return x_[static_cast<std::size_t>(d)][p]; }
   /// Distance from the gauge's origin along its direction [m].
@@ -66,7 +65,9 @@ class Counted {
     double weight = 1;
     for (int d = 0; d < axes; ++d) {
       const auto k = static_cast<std::size_t>(d);
-      weight *= std::max(0.0, 1 - std::abs(x(d, p) - place[k]) / gauge_.radius[k]);
+      const double factor = 1 - std::abs(x(d, p) - place[k]) / gauge_.radius[k];
+      if (!(factor > 0)) return 0;
+      weight *= factor;
     }
     return weight;
   }
@@ -78,13 +79,31 @@ class Counted {
   std::array<const double*, Dim> x_;
 };
 
+/// A box, open at its faces: low and high of each axis [m].
+using Reach = std::array<std::array<double, 2>, 3>;
+
+/// Particles of a cell may lie in the box; of a cell whose shape is not known here, always. They
+/// are in their cell but for rounding, which is much less than the margin.
+template <int Dim>
+bool may_reach(const Patch<Dim>& patch, Local cell, const Reach& reach, int axes) {
+  constexpr double with_margin = 2;  // half edges of the cell from its centre, one more than it has
+  if (!patch.cartesian) return true;
+  const auto& box = patch.box[static_cast<std::size_t>(cell)];
+  for (std::size_t d = 0; d < static_cast<std::size_t>(axes); ++d) {
+    const auto [low, high] = reach[d];
+    if (std::max(low - box[d], box[d] - high) * box[Dim + d] > with_margin) return false;
+  }
+  return true;
+}
+
 template <int Dim>
 class GaugeAdder {
  public:
-  GaugeAdder(const OpenGauge<Dim>& open, const ParticleBlock<Dim>& block, const Model<Dim>& model,
-             GaugeSums& all)
+  GaugeAdder(const OpenGauge<Dim>& open, const Patch<Dim>& patch, const ParticleBlock<Dim>& block,
+             const Model<Dim>& model, GaugeSums& all)
       : open_(open),
         gauge_(*open.gauge),
+        patch_(patch),
         block_(block),
         particles_(*block.particles),
         counted_(gauge_, model, particles_),
@@ -122,24 +141,41 @@ class GaugeAdder {
     });
   }
 
+  /// The box around all places with their radii.
+  Reach reach() const {
+    Reach reach;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const auto [low, high] =
+          std::ranges::minmax(gauge_.places, {}, [d](const auto& place) { return place[d]; });
+      reach[d] = {low[d] - gauge_.radius[d], high[d] + gauge_.radius[d]};
+    }
+    return reach;
+  }
+
+  /// The particles in a box, a bin for each.
+  std::vector<ParticleBin> particles_in(const Reach& reach, int axes) const {
+    std::vector<ParticleBin> near;
+    const auto look_at = [&](Local p) {
+      for (int d = 0; d < axes; ++d) {
+        const auto [low, high] = reach[static_cast<std::size_t>(d)];
+        const double x = counted_.x(d, p);
+        if (!(x > low && x < high)) return;
+      }
+      if (counted_.counts(p))
+        near.push_back(
+            {.cell = -1, .begin = p, .end = p + 1, .limit = p + 1, .material = 0, .loaded = false});
+    };
+    if (block_.whole)
+      for (Local p = 0; p < particles_.size(); ++p) look_at(p);
+    for (const ParticleBin& bin : block_.bins)
+      if (may_reach(patch_, bin.cell, reach, axes))
+        for (Local p = bin.begin; p < bin.end; ++p) look_at(p);
+    return near;
+  }
+
   /// Particles around places, each with the numbers of its values in `fields`.
   void at_places(int axes) {
-    std::array<double, 3> low = gauge_.places.front(), high = low;
-    for (const auto& place : gauge_.places)
-      for (std::size_t d = 0; d < 3; ++d) {
-        low[d] = std::min(low[d], place[d]);
-        high[d] = std::max(high[d], place[d]);
-      }
-    std::vector<ParticleBin> near;
-    for_counted([&](Local p) {
-      for (int d = 0; d < axes; ++d) {
-        const auto k = static_cast<std::size_t>(d);
-        const double x = counted_.x(d, p);
-        if (!(x > low[k] - gauge_.radius[k] && x < high[k] + gauge_.radius[k])) return;
-      }
-      near.push_back(
-          {.cell = -1, .begin = p, .end = p + 1, .limit = p + 1, .material = 0, .loaded = false});
-    });
+    const std::vector<ParticleBin> near = particles_in(reach(), axes);
     if (near.empty()) return;
     std::vector<std::vector<double>> fields;
     for (const ShownColumn<Dim>& field : open_.fields) {
@@ -237,6 +273,7 @@ class GaugeAdder {
 
   const OpenGauge<Dim>& open_;
   const Gauge& gauge_;
+  const Patch<Dim>& patch_;
   const ParticleBlock<Dim>& block_;
   const Particles<Dim>& particles_;
   Counted<Dim> counted_;
@@ -326,7 +363,7 @@ void add_to_gauge(const OpenGauge<Dim>& gauge, Patch<Dim>& patch, const Model<Di
                   GaugeSums& all) {
   if (gauge.gauge->kind != Kind::force) {
     for (const ParticleBlock<Dim>& block : blocks_of(patch))
-      GaugeAdder<Dim>(gauge, block, model, all).add();
+      GaugeAdder<Dim>(gauge, patch, block, model, all).add();
     return;
   }
   if (patch.impulses.empty()) return;  // nothing has been here

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "physics/materials/pore_liquid.h"
+#include "physics/particles/loads.h"
 
 namespace lahar {
 
@@ -85,6 +86,7 @@ GaugeTable table_of(const OpenGauge<Dim>& open) {
       add_axes(columns, "centre_", "m", Dim, "centre of mass");
       add_axes(columns, "velocity_", "m/s", Dim, "mean by mass");
       columns.push_back({"kinetic", "J", "kinetic energy"});
+      columns.push_back({"potential", "J", "of weight, 0 at the origin of coordinates"});
       columns.push_back({"max_speed", "m/s", "of the fastest particle"});
       break;
     case Kind::track:
@@ -276,7 +278,11 @@ std::vector<double> Gauges<Dim>::values_of(std::size_t k, const GaugeSums& all, 
       const double mass = exact(0);
       row = {static_cast<double>(all.added[open.slots.added]), mass, exact(1)};
       for (std::size_t d = 0; d < 2 * Dim; ++d) row.push_back(exact(3 + d) / mass);
-      row.insert(row.end(), {exact(2), -least(0)});
+      const double ramp = load_factor(model_, model_.gravity_function, time);
+      double potential = 0;
+      for (int d = 0; d < Dim; ++d)
+        potential -= ramp * model_.gravity[d] * exact(static_cast<std::size_t>(3 + d));
+      row.insert(row.end(), {exact(2), potential, -least(0)});
       break;
     }
     case Kind::track:

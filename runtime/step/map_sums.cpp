@@ -18,8 +18,12 @@ double full_volume(const MapPlan& plan) {
   return 2 * plan.height * plan.cell * plan.cell;
 }
 
+/// As llround(), without a call.
 Index rounded(double share) {
-  return static_cast<Index>(std::llround(std::clamp(share, -1.0, 1.0) * most));
+  const double units = std::clamp(share, -1.0, 1.0) * most;
+  const auto whole = static_cast<Index>(units);  // towards zero
+  const double rest = units - static_cast<double>(whole);
+  return whole + (rest >= 0.5) - (rest <= -0.5);
 }
 
 }  // namespace
@@ -39,14 +43,16 @@ std::vector<MapTerm> map_terms(const Patch<3>& patch, const MapPlan& plan) {
         if (!(i >= 0 && j >= 0 && i < static_cast<double>(plan.n[0]) &&
               j < static_cast<double>(plan.n[1])))
           continue;
-        MapTerm& term = terms.emplace_back();
-        term.cell =
+        const auto cell =
             static_cast<std::size_t>(static_cast<Index>(j) * plan.n[0] + static_cast<Index>(i));
+        if (terms.empty() || terms.back().cell != cell) terms.push_back({.cell = cell});
+        MapTerm& term = terms.back();
         const double share = V[p] / full;
-        term.added[0] = rounded(share);
+        term.added[0] += rounded(share);
         for (std::size_t d = 0; d < 3; ++d)
-          term.added[1 + d] = rounded(share * (v[d][p] / most_speed));
-        term.minus_pressure = ordered_bits((stress[0][p] + stress[1][p] + stress[2][p]) / 3);
+          term.added[1 + d] += rounded(share * (v[d][p] / most_speed));
+        term.minus_pressure = std::min(
+            term.minus_pressure, ordered_bits((stress[0][p] + stress[1][p] + stress[2][p]) / 3));
       }
     });
   }

@@ -1,6 +1,7 @@
 /// \file What maps add up over particles, raster cell by raster cell.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -20,14 +21,15 @@ struct MapSums {
   std::vector<Index> least;  ///< one for each
 };
 
-/// A particle in a raster cell.
+/// Particles in a raster cell.
 struct MapTerm {
   std::size_t cell;
-  std::array<Index, MapSums::n_added> added;
-  Index minus_pressure;
+  std::array<Index, MapSums::n_added> added{};
+  Index minus_pressure = std::numeric_limits<Index>::max();
 };
 
-/// The particles of a patch that are in the raster; three dimensions.
+/// The particles of a patch that are in the raster, those of a cell together where they follow each
+/// other; three dimensions.
 std::vector<MapTerm> map_terms(const Patch<3>& patch, const MapPlan& plan);
 
 /// Rasters of the whole run, as they are kept: by kind, one after the other.
