@@ -29,7 +29,7 @@ const std::vector<double> values{0.1, unknown, 2.5, 1e-5 / 3, 11.0 / 3, 4e6 / 7}
 TEST_CASE("the text of an ASCII grid has its least corner and begins in the north-west") {
   CHECK(ascii_grid_text(grid, std::vector{0.1, unknown, 2.5, -3.0, 4.5, 1e-5}) ==
         "ncols 3\nnrows 2\nxllcorner 652000.5\nyllcorner 5163001.25\ncellsize 2.5\n"
-        "NODATA_value -9999\n-3 4e+06 1e-05\n0.1 -9999 2.5\n");
+        "NODATA_value -9999\n-3 4.5 1e-05\n0.1 -9999 2.5\n");
 }
 
 TEST_CASE("numbers of an ASCII grid read back to the same bits") {
