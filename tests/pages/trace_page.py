@@ -1,10 +1,17 @@
-"""The page of a trace in a browser: it draws, zooms, selects, is readable and loads nothing.
+"""The page of a trace in a browser: it draws, zooms, selects, is readable, prints and loads nothing.
 
     trace_page.py CHROMIUM PAGE [--screenshot FILE.png]
 """
 
 import argparse
+import base64
+import random
+import re
+import subprocess
 import sys
+import tempfile
+import zlib
+from pathlib import Path
 
 from browser import Browser
 from page_checks import expect, failed, place, shown, test_readable, test_sound, text
@@ -169,6 +176,113 @@ def test_narrow(browser):
     browser.settle()
 
 
+class Sheets:
+    """What is drawn in a PDF. Canvases are shapes there, or pictures of their own width."""
+
+    def __init__(self, data):
+        self.rectangles = self.lines = 0
+        self.colours = set()
+        self.pictures = [int(width) for width in re.findall(rb"/Subtype /Image\s+/Width (\d+)", data)]
+        for start in re.finditer(rb"stream\r?\n", data):
+            try:
+                drawn = zlib.decompressobj().decompress(data[start.end():])
+            except zlib.error:
+                continue  # a font, or an end of another stream
+            self.rectangles += len(re.findall(rb"\sre\s", drawn))
+            self.lines += len(re.findall(rb"\sl\s", drawn))
+            for colour in re.findall(rb"([\d.]+ [\d.]+ [\d.]+) rg\s", drawn):
+                self.colours.add("#" + "".join(f"{round(255 * float(part)):02x}" for part in colour.split()))
+
+    def expect_charts(self, what):
+        charts = [width for width in self.pictures if width > 600]
+        # Tables and bars have a third of these.
+        expect((self.rectangles > 1800 and self.lines > 3000) or len(charts) >= 5,
+               f"{what}: {self.rectangles} rectangles, {self.lines} lines, pictures {charts}")
+
+
+def test_printed_at_once(chromium, page):
+    """From the command line: nobody waits for the page's scripts."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        pdf = Path(folder) / "page.pdf"
+        subprocess.run([chromium, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                        f"--user-data-dir={folder}/profile", f"--print-to-pdf={pdf}", Path(page).resolve().as_uri()],
+                       check=True, capture_output=True, timeout=300)
+        Sheets(pdf.read_bytes()).expect_charts("charts are printed as soon as the page is there")
+
+
+def test_print(browser, what):
+    """The paper is light, and the page afterwards dark as it was."""
+    page = """[getComputedStyle(document.body).backgroundColor,
+      ...[...document.querySelectorAll('.uplot canvas:not(.overlay)')].map((canvas) => canvas.width)]"""
+    browser.value("document.querySelector('#whole').click()")
+    browser.settle()
+    before = browser.value(page)
+    expect(before[0] == "rgb(17, 21, 27)", f"{what}: {before}")
+    sheets = Sheets(base64.b64decode(browser.call("Page.printToPDF")["data"]))
+    sheets.expect_charts("charts are printed")
+    expect("#17202c" in sheets.colours and "#e8ecf2" not in sheets.colours, "with dark ink")
+    expect("#0072b2" in sheets.colours, "bars have their colours")
+    browser.settle()
+    expect(browser.value(page) == before, "and the page is as before")
+
+
+def test_paper(browser):
+    """Of an upright A4 sheet, between its margins, all charts are seen whole."""
+    browser.value("dispatchEvent(new Event('beforeprint'))")
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    browser.resize(717, 1000)
+    browser.settle()
+    widest = browser.value("Math.max(...[...document.querySelectorAll('canvas, table, .card')]"
+                           ".map((node) => node.getBoundingClientRect().right), document.documentElement.scrollWidth)")
+    expect(widest <= 717, f"nothing is wider than the paper's 717: {widest}")
+    test_drawn(browser, "on paper")
+    expect(not shown(browser, "#theme") and not shown(browser, ".tools"), "buttons are not printed")
+    browser.call("Emulation.setEmulatedMedia", media="screen")
+    browser.value("dispatchEvent(new Event('afterprint'))")
+    browser.resize(1200, 900)
+    browser.settle()
+
+
+def test_without_scripts(browser, page):
+    """The page says what the program does, as text."""
+    browser.call("Emulation.setScriptExecutionDisabled", value=True)
+    browser.call("Page.navigate", url=Path(page).resolve().as_uri())
+    browser.wait_for("document.readyState === 'complete'")
+    browser.call("Emulation.setScriptExecutionDisabled", value=False)
+    said = browser.value("document.querySelector('noscript pre').innerText")
+    for words in ("Where the time went", "parallel efficiency", "Critical path", "Longest waits"):
+        expect(f"\n{words}" in said or f"\n  {words}" in said, f"without JavaScript there is a line {words}")
+    expect(shown(browser, "noscript pre") and browser.value(
+        "[...document.querySelectorAll('section')].filter((part) => part.checkVisibility()).length") == 1,
+           "and no empty part of the page")
+
+
+def test_inflate(browser):
+    """The page's own inflate, by all kinds of blocks of zlib's."""
+    noise = random.Random(1)
+    texts = {"nothing": b"", "one byte": b"x", "zeros": bytes(70_000),
+             "noise": bytes(noise.randrange(256) for _ in range(70_000)),
+             "words": b" ".join(noise.choice([b"task", b"patch", b"rank", b"step"]) for _ in range(20_000))}
+    for name, data in texts.items():
+        for level, strategy in ((0, 0), (1, 0), (9, 0), (6, zlib.Z_FIXED), (6, zlib.Z_HUFFMAN_ONLY), (6, zlib.Z_RLE)):
+            packer = zlib.compressobj(level, strategy=strategy)
+            packed = base64.b64encode(packer.compress(data) + packer.flush()).decode()
+            # Names of a module are its own: it is loaded once more, with these told.
+            found = browser.value(f"""(async () => {{
+              const script = document.querySelector('script[type=module]').textContent;
+              globalThis.told ??= import(URL.createObjectURL(new Blob(
+                [script, '\\nexport {{ Inflater, bytesOf }};'], {{ type: 'text/javascript' }})));
+              const {{ Inflater, bytesOf }} = await globalThis.told;
+              const out = new Inflater(bytesOf('{packed}'), {len(data)}).out;
+              let text = '';
+              for (const byte of out) text += String.fromCharCode(byte);
+              return btoa(text);
+            }})()""")
+            if base64.b64decode(found) != data:
+                expect(False, f"{name} by level {level}, strategy {strategy} is inflated")
+    expect(True, "what zlib deflates is inflated")
+
+
 def screenshot(browser, file):
     """Of the timeline with a selected task and its chain."""
     browser.resize(960, 900)
@@ -193,15 +307,26 @@ def main():
         browser.settle()
         test_contents(browser)
         test_drawn(browser, "light")
+        browser.prefer("dark")
+        test_print(browser, "dark where it is preferred")
+        browser.prefer("light")
         test_sorting(browser)
         test_zoom(browser)
         test_selection(browser)
         test_focus(browser)
         test_schemes(browser)
         test_narrow(browser)
+        browser.value("document.querySelector('#theme').click()")
+        test_print(browser, "dark by the button")
+        browser.value("document.querySelector('#theme').click()")
+        test_paper(browser)
         if arguments.screenshot:
             screenshot(browser, arguments.screenshot)
         test_sound(browser)
+        test_inflate(browser)
+    with Browser(arguments.chromium) as browser:
+        test_without_scripts(browser, arguments.page)
+    test_printed_at_once(arguments.chromium, arguments.page)
     return 1 if failed else 0
 
 

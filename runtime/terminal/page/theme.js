@@ -9,9 +9,12 @@ const theme = {
     return this.chosen ? this.chosen === "dark"
                        : matchMedia("(prefers-color-scheme: dark)").matches;
   },
-  toggle() {
-    this.chosen = this.dark ? "light" : "dark";
-    document.documentElement.dataset.theme = this.chosen;
+  toggle() { this.choose(this.dark ? "light" : "dark"); },
+  /** "light", "dark", or null: as the system asks for. */
+  choose(name) {
+    this.chosen = name;
+    if (name) document.documentElement.dataset.theme = name;
+    else delete document.documentElement.dataset.theme;
     this.changed();
   },
   changed() {

@@ -1,13 +1,115 @@
 // What the program put into the page (runtime/trace/analyse/page_data.h).
 
-async function inflate(text) {
-  const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+/**
+ * A code of RFC 1951, from the lengths of its words [bits] by symbol. What a word and the bits after
+ * it stand for is found in one look: symbol << 4 | length.
+ */
+function huffman(lengths) {
+  const longest = Math.max(...lengths), table = new Uint16Array(1 << longest);
+  let code = 0;
+  for (let length = 1; length <= longest; ++length, code <<= 1)
+    for (let symbol = 0; symbol < lengths.length; ++symbol) {
+      if (lengths[symbol] !== length) continue;
+      let word = 0;  // the code's bits come highest first, all others lowest first
+      for (let bit = 0; bit < length; ++bit) word |= (code >> bit & 1) << (length - 1 - bit);
+      for (; word < table.length; word += 1 << length) table[word] = symbol << 4 | length;
+      ++code;
+    }
+  return { table, longest };
+}
+
+/** [least value, bits after it] of the symbols for lengths and distances of what comes again. */
+const again = {
+  lengths: Array.from({ length: 29 }, (_, k) => (k < 8 ? [k + 3, 0] : k === 28 ? [258, 0]
+    : [(4 + (k & 3) << (k >> 2) - 1) + 3, (k >> 2) - 1])),
+  distances: Array.from({ length: 30 }, (_, k) => (k < 4 ? [k + 1, 0]
+    : [(2 + (k & 1) << (k >> 1) - 1) + 1, (k >> 1) - 1])),
+};
+
+/** Bytes that zlib deflated. Browsers inflate too, but later: who prints a page does not wait. */
+class Inflater {
+  constructor(bytes, size) {
+    Object.assign(this, { bytes, at: 2, word: 0, bits: 0, out: new Uint8Array(size), n: 0 });
+    for (let last = 0; !last;) {
+      last = this.take(1);
+      const kind = this.take(2);
+      if (kind === 0) this.stored();
+      else this.block(...(kind === 1 ? Inflater.fixed() : this.codes()));
+    }
+    if (this.n !== size) throw new Error("the data of this page is damaged");
+  }
+  static fixed() {
+    const lengths = Array.from({ length: 288 },
+                               (_, k) => (k < 144 ? 8 : k < 256 ? 9 : k < 280 ? 7 : 8));
+    return [huffman(lengths), huffman(new Array(30).fill(5))];
+  }
+
+  need(n) {
+    for (; this.bits < n; this.bits += 8) this.word |= this.bytes[this.at++] << this.bits;
+  }
+  drop(n) {
+    this.word >>>= n;
+    this.bits -= n;
+  }
+  take(n) {
+    this.need(n);
+    const value = this.word & (1 << n) - 1;
+    this.drop(n);
+    return value;
+  }
+  symbol({ table, longest }) {
+    this.need(longest);
+    const found = table[this.word & table.length - 1];
+    this.drop(found & 15);
+    return found >> 4;
+  }
+
+  stored() {
+    this.at -= this.bits >> 3;
+    this.word = this.bits = 0;
+    const size = this.take(16);
+    this.at += 2;  // the size again
+    this.out.set(this.bytes.subarray(this.at, this.at + size), this.n);
+    this.at += size;
+    this.n += size;
+  }
+  /** The codes of a block, whose lengths are coded themselves. */
+  codes() {
+    const symbols = this.take(5) + 257, distances = this.take(5) + 1, first = new Array(19).fill(0);
+    const order = [16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15];
+    for (let k = 0, n = this.take(4) + 4; k < n; ++k) first[order[k]] = this.take(3);
+    const code = huffman(first), lengths = [];
+    while (lengths.length < symbols + distances) {
+      const is = this.symbol(code);
+      if (is < 16) lengths.push(is);
+      else {
+        const value = is === 16 ? lengths.at(-1) : 0;
+        const times = is === 16 ? 3 + this.take(2)
+          : is === 17 ? 3 + this.take(3) : 11 + this.take(7);
+        for (let k = 0; k < times; ++k) lengths.push(value);
+      }
+    }
+    return [huffman(lengths.slice(0, symbols)), huffman(lengths.slice(symbols))];
+  }
+  block(symbols, distances) {
+    const { out } = this;
+    for (let is = this.symbol(symbols); is !== 256; is = this.symbol(symbols)) {
+      if (this.n >= out.length) throw new Error("the data of this page is damaged");
+      if (is < 256) {
+        out[this.n++] = is;
+        continue;
+      }
+      const [least, bits] = again.lengths[is - 257], end = this.n + least + this.take(bits);
+      const [nearest, more] = again.distances[this.symbol(distances)];
+      const distance = nearest + this.take(more);
+      for (; this.n < end; ++this.n) out[this.n] = out[this.n - distance];
+    }
+  }
 }
 
 /** A column: bytes by significance, of differences with their sign in the lowest bit. */
-async function column(text, n) {
-  const bytes = await inflate(text);
+function column(text, n) {
+  const bytes = new Inflater(bytesOf(text), 4 * n).out;
   const values = new Int32Array(n);
   let value = 0;
   for (let i = 0; i < n; ++i) {
@@ -18,10 +120,10 @@ async function column(text, n) {
   return values;
 }
 
-async function table(packed) {
+function table(packed) {
   const result = { n: packed.count };
   for (const [name, text] of Object.entries(packed))
-    if (typeof text === "string" && name !== "name") result[name] = await column(text, packed.count);
+    if (typeof text === "string" && name !== "name") result[name] = column(text, packed.count);
   return result;
 }
 
@@ -39,13 +141,13 @@ function firstOf(from, to, test) {
 
 /** Times are in seconds from the view's origin. */
 class Trace {
-  static async read(source) {
+  static read(source) {
     const trace = new Trace();
     Object.assign(trace, { run: source.run, view: source.view, pathKinds: source.path_kinds,
       waitTasks: source.wait_tasks.map((i) => i - source.view.first_task) });
     trace.kind = Object.fromEntries(source.kinds.map((name, i) => [name, i]));
     const unit = source.view.unit;
-    const tasks = await table(source.tasks);
+    const tasks = table(source.tasks);
     tasks.begin = seconds(tasks.begin, unit);
     tasks.end = tasks.begin.map((begin, i) => begin + tasks.length[i] * unit);
     tasks.ready = tasks.begin.map((begin, i) => begin - tasks.lag[i] * unit);
@@ -54,19 +156,19 @@ class Trace {
     for (let s = 0; s < source.tasks.stages; ++s) tasks.stage.push(tasks[`stage${s}`]);
     trace.tasks = tasks;
 
-    const messages = await table(source.messages);
+    const messages = table(source.messages);
     for (const name of ["packed", "sent", "there", "given"])
       messages[name] = seconds(messages[name], unit);
     trace.messages = messages;
     for (const name of ["intervals", "path"]) {
-      const spans = await table(source[name]);
+      const spans = table(source[name]);
       spans.begin = seconds(spans.begin, unit);
       spans.end = spans.begin.map((begin, i) => begin + spans.length[i] * unit);
       trace[name] = spans;
     }
     trace.counters = {};
     for (const packed of source.counters) {
-      const counter = await table(packed);
+      const counter = table(packed);
       trace.counters[packed.name] = { n: counter.n, rank: counter.rank, time: seconds(counter.time, unit),
                                       value: Float64Array.from(counter.value, (v) => v * packed.scale) };
     }

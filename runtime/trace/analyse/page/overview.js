@@ -1,15 +1,42 @@
 // Charts over the run's time: how many workers were busy, and with what; counters.
 
+/** Charts are as wide as their places; on paper as A4 is between its margins [CSS pixels]. */
+const sheet = { width: 680, printed: false, fits: [] };
+
+/** Call fit(width) whenever a chart has to have another width. */
+function followWidth(host, fit) {
+  const now = () => {
+    const width = sheet.printed ? sheet.width : host.clientWidth;
+    if (width > 0) fit(width);
+  };
+  new ResizeObserver(now).observe(host);
+  sheet.fits.push(now);
+}
+
+/** While the page is printed it is light, and its charts fit the paper. */
+function preparePrints() {
+  let before = null;
+  const change = (printed, name) => {
+    sheet.printed = printed;
+    theme.choose(name);
+    for (const fit of sheet.fits) fit();
+  };
+  addEventListener("beforeprint", () => {
+    if (!sheet.printed) before = theme.chosen;
+    change(true, "light");
+  });
+  addEventListener("afterprint", () => change(false, before));
+}
+
 class Overview {
   constructor(trace, colouring, host, range) {
     Object.assign(this, { trace, colouring, host, range });
     this.make();
     theme.listeners.push(() => this.make());
-    new ResizeObserver(() => {
-      if (host.clientWidth > 0 && host.clientWidth !== this.plot.width)
-        this.plot.setSize({ width: host.clientWidth, height: this.plot.height });
+    followWidth(host, (width) => {
+      if (width !== this.plot.width) this.plot.setSize({ width, height: this.plot.height });
       this.show(...(this.shown ?? [0, trace.view.span]));
-    }).observe(host);
+    });
   }
 
   /** Busy workers by category and bin, each on top of those before. */
@@ -104,8 +131,7 @@ function counterChart(trace, counter, host, write, stepped) {
   };
   make();
   theme.listeners.push(make);
-  new ResizeObserver(() => {
-    if (host.clientWidth > 0 && host.clientWidth !== plot.width)
-      plot.setSize({ width: host.clientWidth, height: plot.height });
-  }).observe(host);
+  followWidth(host, (width) => {
+    if (width !== plot.width) plot.setSize({ width, height: plot.height });
+  });
 }

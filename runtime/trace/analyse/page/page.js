@@ -78,10 +78,10 @@ function timelinePanel(trace, report) {
   };
 }
 
-async function start() {
+function start() {
   themeButton();
   const report = embedded("report");
-  const trace = await Trace.read(embedded("trace"));
+  const trace = Trace.read(embedded("trace"));
   heading(trace);
   findings(trace, report);
   tiles(report);
@@ -99,13 +99,16 @@ async function start() {
     byId(id).parentElement.hidden = counter.n < 2;
     if (counter.n > 1) counterChart(trace, counter, byId(id), write, stepped);
   }
+  preparePrints();
   document.documentElement.dataset.ready = "yes";
 }
 
-start().catch((error) => {
+try {
+  start();
+} catch (error) {
   byId("failure").hidden = false;
-  byId("failure").textContent = typeof DecompressionStream === "undefined"
-    ? "This browser is too old for the page: it needs one of 2023 or later."
-    : `The page could not be drawn: ${error.message}`;
+  byId("failure").textContent = [].toReversed
+    ? `The page could not be drawn: ${error.message}`
+    : "This browser is too old for the page: it needs one of 2023 or later.";
   throw error;
-});
+}

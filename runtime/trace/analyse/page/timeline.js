@@ -15,7 +15,9 @@ class Timeline {
     this.plot.over.append(this.overlay, this.tip);
     this.listen();
     theme.listeners.push(() => this.redraw());
-    new ResizeObserver(() => this.fit()).observe(host);
+    followWidth(host, (width) => {
+      if (width !== this.plot.width) this.plot.setSize({ width, height: this.height(rows) });
+    });
   }
 
   options(rows) {
@@ -80,11 +82,6 @@ class Timeline {
   }
   all() { this.setRange(0, this.trace.view.span); }
 
-  fit() {
-    const width = this.host.clientWidth;
-    if (width > 0 && width !== this.plot.width)
-      this.plot.setSize({ width, height: this.height(this.trace.rows.length) });
-  }
   redraw() { this.plot.redraw(false, true); }
 
   listen() {
