@@ -29,6 +29,12 @@ test_packages=(
   "doctest-dev:test framework"
   "libbenchmark-dev:micro-benchmarks"
   "python3-jsonschema:tests that traces are as their schemas say"
+  "python3-vtk9:tests that VTK's own readers open frames"
+)
+python_test_packages=(
+  "python3-venv:test that pip installs the Python package"
+  "mypy:test of its types"
+  "python3-nbformat:tests that notebooks are as Jupyter wants them"
 )
 package_packages=(
   "dpkg-dev:libraries that the package for Debian needs"

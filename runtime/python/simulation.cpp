@@ -208,11 +208,13 @@ py::dict info(SteppedSimulation& simulation) {
 void bind_simulation(py::module_& module) {
   py::class_<PatchView>(module, "Patch", "The particles of one patch, column by column")
       .def("__getitem__", &PatchView::column)
-      .def("columns", &PatchView::columns)
-      .def_property_readonly("id", &PatchView::id)
-      .def_property_readonly("used", &PatchView::used)
-      .def_property_readonly("material", &PatchView::material)
-      .def_property_readonly("patch", &PatchView::patch)
+      .def("columns", &PatchView::columns, "Names, units and numbers of components of all columns.")
+      .def_property_readonly("id", &PatchView::id, "Ids of particles by slot.")
+      .def_property_readonly(
+          "used", &PatchView::used,
+          "Slots in use, in the order in which the engine works on them; a copy.")
+      .def_property_readonly("material", &PatchView::material, "Ids of materials by slot; a copy.")
+      .def_property_readonly("patch", &PatchView::patch, "The number of the patch.")
       .def("__len__", &PatchView::count);
   py::class_<SteppedSimulation, Shared>(module, "Simulation")
       .def(py::init<const ScenarioText&, int>(), py::arg("scenario"), py::arg("threads"))

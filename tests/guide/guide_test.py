@@ -155,6 +155,24 @@ def check_citations():
                     fail(f"theory.md does not have {author} {year}, whom {file.relative_to(ROOT)} cites")
 
 
+NUMBER = re.compile(r"^```text title=\"it prints[^\n]*\n.*?\d.*?^```", re.M | re.S)
+TIME = re.compile(r"\d (?:s|min) on two\s+cores")
+
+
+def check_gallery():
+    """Each example has an entry with its picture, a number that its run prints (tutorials_test.py compares it) and
+    how long it takes."""
+    entries = re.split(r"^##+ ", (PAGES / "gallery.md").read_text("utf-8"), flags=re.M)
+    for example in sorted((ROOT / "examples").glob("*.json")):
+        entry = next((text for text in entries if f"](../../{example.name})" in text), "")
+        if f"](gallery/{example.stem}.png)" not in entry:
+            fail(f"gallery.md has no entry and picture of examples/{example.name}")
+        elif not NUMBER.search(entry):
+            fail(f"gallery.md says no number that the run of examples/{example.name} prints")
+        elif not TIME.search(entry):
+            fail(f"gallery.md does not say how long examples/{example.name} takes on two cores")
+
+
 def main():
     own = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")]
     guide = sorted(PAGES.rglob("*.md"))
@@ -171,10 +189,7 @@ def main():
         if name != "index.md" and f"({name})" not in index:
             fail(f"index.md has no link to {name}")
     check_citations()
-    gallery = (PAGES / "gallery.md").read_text("utf-8")
-    for example in sorted((ROOT / "examples").glob("*.json")):
-        if f"](gallery/{example.stem}.png)" not in gallery:
-            fail(f"gallery.md has no entry and picture of examples/{example.name}")
+    check_gallery()
     if len(sys.argv) < 2:
         return 1 if failures else 0
     with tempfile.TemporaryDirectory() as place:
@@ -191,6 +206,8 @@ def main():
             browser = shutil.which("chromium") or shutil.which("google-chrome")
             if browser and not failures:
                 check_in_browser(site, browser)
+            elif not browser:
+                print("not tried in a browser: there is no Chromium (apt-get install chromium)")
     return 1 if failures else 0
 
 

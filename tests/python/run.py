@@ -19,4 +19,7 @@ except ImportError as missing:
     sys.exit(77)
 loader = unittest.TestLoader()
 tests = loader.loadTestsFromNames(names) if names else loader.discover(str(Path(__file__).parent))
-sys.exit(not unittest.TextTestRunner(verbosity=2).run(tests).wasSuccessful())
+result = unittest.TextTestRunner(verbosity=2).run(tests)
+if not result.wasSuccessful():
+    sys.exit(1)
+sys.exit(77 if len(result.skipped) == result.testsRun else 0)

@@ -29,7 +29,7 @@ def _mean(tensor: Array) -> Array:
 def _deviator_square(tensor: Array, shear: float) -> Array:
     """s:s of the deviator s. Squares of shear components count `shear` times: 2, or 1/2 of
     engineering shears."""
-    return _square(tensor[:, :3] - _mean(tensor)[:, None]) + shear * _square(tensor[:, 3:])
+    return np.asarray(_square(tensor[:, :3] - _mean(tensor)[:, None]) + shear * _square(tensor[:, 3:]))
 
 
 def _principal(tensor: Array, which: int) -> Array:
@@ -41,7 +41,7 @@ def _principal(tensor: Array, which: int) -> Array:
 class _Derived(NamedTuple):
     unit: str
     columns: tuple[str, ...]  #: fields that it follows from
-    value: Callable[..., Array]  #: of these fields
+    value: Callable[..., Any]  #: of these fields; an array
 
 
 #: Fields with one number per particle that follow from others: those of the engine
@@ -109,7 +109,7 @@ class Frame:
             return self._fields[field][:, _component(suffix)]
         if name in self.derived:
             field_of = _DERIVED[name]
-            return field_of.value(*(self._fields[column] for column in field_of.columns))
+            return np.asarray(field_of.value(*(self._fields[column] for column in field_of.columns)))
         raise KeyError(f"{name}: {self._why_missing(name)}the fields are id, material, "
                        f"{', '.join([*self._fields, *self.derived])}, and components such as velocity_x")
 

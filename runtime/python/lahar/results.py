@@ -68,6 +68,8 @@ class Run:
 
     @property
     def warnings(self) -> list[str]:
+        """What the engine warned of, known at the end of the run; of stages the last one's that has
+        begun."""
         return list(self.manifest.get("warnings", []))
 
     @property

@@ -36,6 +36,7 @@ class StudyRun(NamedTuple):
 
     @property
     def run(self) -> Run:
+        """What it wrote; raises FileNotFoundError where nothing was run."""
         return Run(self.folder)
 
 
@@ -51,6 +52,7 @@ class Study:
 
     @property
     def runs(self) -> list[StudyRun]:
+        """All runs as they are now, in the order of the parameters' values."""
         return [self._state(entry["key"], entry["parameters"]) for entry in self._entries]
 
     def _state(self, key: str, parameters: dict[str, Any]) -> StudyRun:

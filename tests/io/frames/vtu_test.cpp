@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <string_view>
 
 #include "io/base/atomic_file.h"
 #include "io/base/series.h"
@@ -78,8 +79,10 @@ TEST_CASE("VTK's own readers open a frame and its .vtu export, and find the same
     write_vtu(frame, vtu);
     const std::string command = "'" + script + "' '" + hdf + "' '" + vtu + "'";
     const int status = WEXITSTATUS(std::system(command.c_str()));
-    // 77: no VTK; 126 and 127: no Python to run the script with.
-    if (status == 77 || status == 126 || status == 127) {
+    // 77: no VTK; 126 and 127: no Python to run the script with. CI has both.
+    const char* ci = std::getenv("CI");
+    const bool required = ci && std::string_view(ci) == "true";
+    if (!required && (status == 77 || status == 126 || status == 127)) {
       MESSAGE("skipped: Python or its VTK is not installed (python3-vtk9)");
       return;
     }
