@@ -64,11 +64,7 @@ void ScenarioBuilder<Dim>::build_defaults(JsonValue& analysis) {
                         !written(analysis, "dt");
   if (step && step->is<JsonValue::Object>()) {
     if (!written(*step, "adaptive")) set(*step, "adaptive", adaptive);
-    const double iterations = model_.analysis.implicit.most_iterations;
-    const double safety = implicit             ? std::min(0.5, 8 / iterations)
-                          : in_.cbgeo_defaults ? 0.5
-                          : any_granular()     ? 0.2
-                                               : 0.4;
+    const double safety = implicit ? 0.2 : in_.cbgeo_defaults ? 0.5 : any_granular() ? 0.2 : 0.4;
     if (!written(*step, "safety")) set(*step, "safety", safety);
   }
   if (in_.cbgeo_defaults) return;

@@ -271,7 +271,7 @@ const Section& time_step_section() {
                "adaptive step as a share of the limit. Default 0.4; 0.2 if a material is granular "
                "(it has a tension limit and is not a fluid); with the preset cbgeo 0.5. Of "
                "implicit steps: iterations of Newton's method after which the next step is longer, "
-               "as a share of `max_iteration`. Default: 8 iterations, at most half of them",
+               "as a share of `max_iteration`; default 0.2",
            .unit = "-",
            .min = 0,
            .max = 1,

@@ -169,11 +169,10 @@ TEST_CASE("adaptive implicit steps have the same bits on threads and after a res
   for (const Index middle : {cut[1], cut[1] + 1}) check_restart(model, middle, end, {flow(2)});
 }
 
-TEST_CASE(
-    "checkpoints of adaptive implicit steps know how long a step was to be before it was cut") {
+TEST_CASE("adaptive implicit steps go on from each checkpoint with the same bits") {
   Model<2> model = bending_beam(true);
   model.output.checkpoint_steps = 1;
-  std::vector<StoredState> states;  // copied while steps are taken
+  std::vector<StoredState> states;
   Observer observer;
   observer.checkpoint = [&](const SimulationState& state) { states.emplace_back(state); };
   Simulation simulation(model, flow(2), observer);
