@@ -75,7 +75,7 @@ inline constexpr auto derived_fields = std::to_array<DerivedField>({
      [](const ParticleValues& p, double* to) { *to = std::sqrt(2.0 / 3.0 * deviator_square(p.strain, 0.5)); }},
     {"porosity", "-", 1, "", "volume of pores by whole volume, where a liquid fills them",
      [](const ParticleValues& p, double* to) { *to = p.porosity; }},
-    {"liquid_mass", "kg", 1, "", "mass of the liquid in pores; `mass` is that of the grains",
+    {"liquid_mass", "kg", 1, "", "mass of the liquid in pores, as it is compressed; `mass` is that of the grains",
      [](const ParticleValues& p, double* to) { *to = p.liquid_mass; }},
     {"total_mean_stress", "Pa", 1, "stress pore_pressure", "mean_stress of skeleton and liquid together: with the pore pressure",
      [](const ParticleValues& p, double* to) { *to = p.pressure() + p.pore_pressure; }},

@@ -18,7 +18,8 @@ double left_at(const Patch<Dim>& patch, std::size_t node, bool with_row) {
   const NodalSystem<Dim>& system = patch.system;
   const NodeArray &r = system.solver.r, &inverse = system.solver.inverse;
   const std::size_t first = node * node_width;
-  if (patch.active_nodes.empty() || first >= r.size() || first >= inverse.size()) return -1;
+  if (patch.active_nodes.empty() || !patch.node_is_active[node]) return -1;
+  if (first >= r.size() || first >= inverse.size()) return -1;
   bool any = false;
   double sum = 0;
   for (int d = 0; d < system.width(); ++d) {

@@ -31,10 +31,15 @@ Json implicit_steps_of(Choices& choices, const Outline& outline) {
   if (choices.chance("solves.damped", 30)) settings["gamma"] = 0.7;
   settings["max_iteration"] = choices.of("solves.iterations", {10, 6, 3});
   if (choices.chance("solves.closely", 30)) settings["relative_residual_tolerance"] = 1e-9;
-  return {{"type", fmt::format("MPMImplicit{}D", outline.dim)},
-          {"mpm_scheme", "newmark"},
-          {"dt", choices.number("solves.dt", 0.5, 0.1, 2) * stable_step(outline)},
-          {"scheme_settings", settings}};
+  Json steps{{"type", fmt::format("MPMImplicit{}D", outline.dim)},
+             {"mpm_scheme", "newmark"},
+             {"dt", choices.number("solves.dt", 0.5, 0.1, 2) * stable_step(outline)},
+             {"scheme_settings", settings}};
+  if (!outline.displaces && choices.chance("solves.adapts", 30)) {
+    steps["time_step"]["adaptive"] = true;
+    if (choices.chance("solves.adapts.soon", 50)) steps["time_step"]["safety"] = 0.6;
+  }
+  return steps;
 }
 
 Json projection_of(Choices& choices, const Outline& outline) {
@@ -68,7 +73,7 @@ Json explicit_steps_of(Choices& choices, const std::string& of, const Outline& o
   return {{"type", fmt::format("MPMExplicit{}D", outline.dim)},
           {"mpm_scheme", choices.of(of + "scheme.name", {"musl", "usf"})},
           {"dt", 0.3 * stable_step(outline)},
-          {"time_step", {{"accept_unstable", true}}},
+          {"time_step", {{"adaptive", false}, {"accept_unstable", true}}},
           {"scheme_settings", nullptr},
           {"linear_solver", nullptr}};
 }

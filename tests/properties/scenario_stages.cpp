@@ -121,7 +121,8 @@ Json stages_of(Choices& choices, const Outline& outline, const GeneratedCase& ma
     if (changes && k == 0) {
       stage["analysis"].update(begins ? solving_steps_of(choices, outline)
                                       : explicit_steps_of(choices, of, outline));
-      if (begins) stage["analysis"]["time_step"] = nullptr;
+      if (begins && !stage["analysis"].contains("time_step"))
+        stage["analysis"]["time_step"] = nullptr;
     }
     all.push_back(stage);
   }

@@ -182,12 +182,13 @@ TEST_CASE("consolidation: conductivities from 1e-2 to 1e-10 m/s at one time step
     double conductivity, youngs_modulus;
     double T;  ///< that is reached
   };
-  // Stiffer soil is drained faster, so that T = 1 is reached in 50 thousand steps down to 1e-5 m/s.
-  // Below, not even rock drains faster, as the water's own compressibility rules: 1e-6 m/s take
-  // half a million steps. What drains in a million or a hundred thousand is what is looked at from
-  // there on: with 1e-8 m/s and less, water has to go on bearing its share of the load.
+  // Stiffer soil is drained faster. Where that is faster than waves pass, it swings: soft soil does
+  // not. So T = 1 is reached in a hundred thousand steps down to 1e-5 m/s. Below, not even rock
+  // drains faster, as the water's own compressibility rules: 1e-6 m/s take half a million steps.
+  // What drains in a million or a hundred thousand is looked at from there on: with 1e-8 m/s and
+  // less, water has to go on bearing its share of the load.
   for (const Case& c :
-       {Case{1e-2, 1e6, 1}, Case{1e-3, 1e7, 1}, Case{1e-4, 1e8, 1}, Case{1e-5, 1e9, 1},
+       {Case{1e-2, 4e5, 1}, Case{1e-3, 1e7, 1}, Case{1e-4, 1e8, 1}, Case{1e-5, 1e9, 1},
         Case{1e-6, 1e9, 1}, Case{1e-7, 1e9, 0.2}, Case{1e-8, 1e9, 0.0019}, Case{1e-9, 1e9, 1.9e-4},
         Case{1e-10, 1e9, 1.9e-5}}) {
     const Column column{.cells = 10,
