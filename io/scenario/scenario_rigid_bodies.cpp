@@ -1,6 +1,7 @@
 // Rigid bodies: their shapes, motion, and where they must not be.
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 
@@ -27,6 +28,50 @@ template <int Dim>
 bool has_end(const Solid<Dim>& solid) {
   const auto [low, high] = solid.bounds();
   return low.allFinite() && high.allFinite();
+}
+
+/// What no body has: a moment that is not above 0, or is above the sum of the other two. (They are
+/// sums of squares of distances from axes.) Empty: nothing.
+std::string fault_of(const Eigen::Matrix3d& inertia) {
+  constexpr double rounding = 1e-6;
+  const Eigen::Vector3d m = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues();
+  const std::string moments = fmt::format("{:.4g}, {:.4g} and {:.4g}", m[0], m[1], m[2]);
+  if (!(m[0] > 0))
+    return fmt::format("the principal moments of 'inertia', {}, must be above 0", moments);
+  if (m[2] > (1 + rounding) * (m[0] + m[1]))
+    return fmt::format(
+        "no body has the principal moments {} of 'inertia': each is at most the sum of the others",
+        moments);
+  return "";
+}
+
+/// Moments about the centre, along the axes of the start.
+void read_inertia(const JsonValue& entry, const JsonValue& given, ScenarioInput& in,
+                  RigidBody<3>& body) {
+  const std::vector<double> m = get_numbers(entry, "inertia");
+  if (m.size() != 3 && m.size() != 6)
+    return in.error(given,
+                    fmt::format("'inertia' has 3 or 6 numbers in three dimensions, found {}",
+                                given.is_number() ? 1 : m.size()),
+                    "xx, yy, zz, or these and xy, yz, xz");
+  Eigen::Matrix3d& I = body.inertia;
+  I.setZero();
+  I.diagonal() << m[0], m[1], m[2];
+  if (m.size() == 6) {
+    I(0, 1) = I(1, 0) = m[3];
+    I(1, 2) = I(2, 1) = m[4];
+    I(0, 2) = I(2, 0) = m[5];
+  }
+  if (const std::string fault = fault_of(I); !fault.empty())
+    in.error(given, fault, "a component xy is minus the integral of density times x y");
+}
+void read_inertia(const JsonValue& entry, const JsonValue& given, ScenarioInput& in,
+                  RigidBody<2>& body) {
+  const auto moment = get_number(entry, "inertia");
+  if (!moment) return in.error(given, "'inertia' is a number in two dimensions");
+  if (!(*moment > 0))
+    in.error(given, fmt::format("'inertia' must be above 0, found {:g}", *moment));
+  body.inertia(2, 2) = *moment;
 }
 
 }  // namespace
@@ -117,6 +162,8 @@ void ScenarioBuilder<Dim>::read_motion(const JsonValue& entry, RigidBody<Dim>& b
     in_.error(*function, "'math_function_id' is of prescribed motion",
               "give 'velocity' or 'spin', and neither 'density' nor 'mass'");
   }
+  if (const JsonValue* inertia = entry.find("inertia"); inertia && body.motion != Motion::free)
+    in_.error(*inertia, "'inertia' is of free bodies", "they have 'density' or 'mass'");
   const JsonValue* fixed = entry.find("fixed");
   if (!fixed) return;
   if (body.motion != Motion::free)
@@ -153,6 +200,8 @@ void ScenarioBuilder<Dim>::weigh(const JsonValue& entry, RigidBody<Dim>& body) {
   body.mass = density * moments.volume;
   body.inertia = density * moments.inertia;
   if (!entry.find("centre")) body.centre = centre_of(moments);
+  if (const JsonValue* inertia = entry.find("inertia"); inertia && inertia->valid())
+    read_inertia(entry, *inertia, in_, body);
 }
 
 template <int Dim>
@@ -167,6 +216,9 @@ template <int Dim>
 void ScenarioBuilder<Dim>::turn_around_axis(const JsonValue& entry, RigidBody<Dim>& body) {
   if (const JsonValue* spin = entry.find("spin"))
     in_.error(*spin, "a body of revolution does not turn out of its axis", "leave out 'spin'");
+  if (const JsonValue* inertia = entry.find("inertia"))
+    in_.error(*inertia, "a body of revolution does not turn out of its axis",
+              "leave out 'inertia'");
   if (body.motion != RigidBody<Dim>::Motion::free) return;
   if (body.velocity[0] != 0)
     in_.error(*entry.find("velocity"), "a free body of revolution moves along the axis, y, alone",

@@ -76,6 +76,14 @@ const Section& rigid_body_section() {
            .min = 0,
            .above_min = true,
            .native = true},
+          {.key = "inertia",
+           .kinds = number | numbers,
+           .help = "of a free body that is hollow or not of one density: moments about `centre`. "
+                   "2D: a number, per metre of depth. 3D: along x, y, z at the start [xx, yy, zz], "
+                   "or with [xx, yy, zz, xy, yz, xz], where xy is minus the integral of density "
+                   "times x y. Default: as if it had one density",
+           .unit = "kg m^2",
+           .native = true},
           {.key = "fixed",
            .kinds = texts,
            .help = "of a free body: how it does not move: \"x\", \"y\", \"z\", or \"spin\". A "

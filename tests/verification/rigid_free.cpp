@@ -117,6 +117,49 @@ TEST_CASE("rigid bodies: a box that tumbles freely keeps its angular momentum an
   }
 }
 
+// Euler's motion of a body with two equal moments I: axis and spin turn about the momentum L with
+// |L| / I. The axis of the body lies along no axis of the mesh.
+TEST_CASE("rigid bodies: a free top whose moments of inertia are given precesses") {
+  const Vec<3> axis = Vec<3>(1, 2, 2) / 3, spin(1, 4, 2);
+  constexpr double across = 300, along = 450, time = 2;
+  const Eigen::Matrix3d inertia =
+      across * Eigen::Matrix3d::Identity() + (along - across) * axis * axis.transpose();
+  const Vec<3> momentum = inertia * spin;
+  const Vec<3> expected =
+      Eigen::AngleAxisd(momentum.norm() / across * time, momentum.normalized()) * spin;
+  double coarse = 0;
+  for (const double dt : {0.01, 0.005}) {
+    const RigidBodyRow top =
+        after(time,
+              fmt::format(R"({{"name": "top", "mass": 1000, "spin": [{}],
+                         "inertia": [{}, {}, {}, {}, {}, {}],
+                         "region": {{"box": {{"min": [3, 2, 2], "max": [5, 3, 2.5]}}}}}})",
+                          fmt::join(spin, ", "), inertia(0, 0), inertia(1, 1), inertia(2, 2),
+                          inertia(0, 1), inertia(1, 2), inertia(0, 2)),
+              Vec<3>::Zero(), dt);
+    const double error = (vector(top.spin) - expected).norm() / spin.norm();
+    MESSAGE("step " << dt << " s: the spin is wrong by " << error);
+    CHECK(error < 0.01);
+    if (coarse > 0) CHECK(error < 0.5 * coarse);
+    coarse = error;
+  }
+}
+
+TEST_CASE("rigid bodies: shells roll down by their moments of inertia, also in space") {
+  constexpr double angle = 20 * std::numbers::pi / 180, time = 0.5, g = 9.81, radius = 0.5;
+  const Vec<3> gravity = g * Vec<3>(std::sin(angle), 0, -std::cos(angle));
+  // Of a solid ball, of a shell, and of all mass at the rim.
+  for (const double share : {0.4, 2.0 / 3, 1.0}) {
+    const double moment = share * 1000 * radius * radius;
+    std::string bodies =
+        on_plane(sphere, 0.8, fmt::format(R"("mass": 1000, "inertia": [{0}, {0}, {0}])", moment));
+    bodies.replace(bodies.find(R"("density": 1000, )"), 17, "");
+    const RigidBodyRow end = after(time, bodies, gravity, 1e-3);
+    CHECK(end.velocity[0] == test::within(0.01, g * std::sin(angle) * time / (1 + share)));
+    CHECK(end.spin[1] == test::within(0.02, end.velocity[0] / radius));
+  }
+}
+
 // Some hundred points of a face touch at once.
 TEST_CASE("rigid bodies: a cube that falls on a plane never has more energy, and comes to rest") {
   constexpr double fall = 0.3, mass = 1000, gravity = 9.81;

@@ -113,6 +113,70 @@ TEST_CASE("rigid bodies: the centre is that of the volume, unless the input give
   CHECK(centre(5) == Vec<2>(0, 0));
 }
 
+namespace {
+
+/// A free ball of 2 kg in space with these keys.
+Scenario ball_in_space(const std::string& keys) {
+  return read_scenario_text(fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4, 4]}}}},
+    "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                   "poisson_ratio": 0.2}}],
+    "rigid_bodies": [{{"region": {{"sphere": {{"centre": [3, 3, 3], "radius": 0.5}}}}, {}}}],
+    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                                 "region": {{"box": {{"max": [1, 1, 1]}}}}}}}}],
+    "analysis": {{"dt": 1e-4, "nsteps": 1}}}})",
+                                        keys),
+                            "");
+}
+
+std::string refusal_in_space(const std::string& keys) {
+  return refusal_of([&] { ball_in_space(keys); });
+}
+
+}  // namespace
+
+TEST_CASE("rigid bodies: moments of inertia are those of the volume, unless the input gives them") {
+  const Model<2> model =
+      model_of("{" + round_body + R"(, "mass": 8}, {"name": "hollow", "mass": 8, "inertia": 1.5,
+        "region": {"sphere": {"centre": [1, 3], "radius": 0.5}}})");
+  CHECK(model.rigid_bodies[0].inertia(2, 2) == within(1e-4, 8 * 0.25 / 2));
+  CHECK(model.rigid_bodies[1].inertia(2, 2) == 1.5);
+  const auto inertia = [](const std::string& keys) {
+    return std::get<Model<3>>(ball_in_space(keys).model).rigid_bodies[0].inertia;
+  };
+  const Eigen::Matrix3d solid = inertia(R"("mass": 2)");
+  CHECK((solid - 0.4 * 2 * 0.25 * Eigen::Matrix3d::Identity()).norm() < 1e-3 * solid.norm());
+  Eigen::Matrix3d expected = Vec<3>(3, 4, 5).asDiagonal();
+  CHECK(inertia(R"("mass": 2, "inertia": [3, 4, 5])") == expected);
+  expected << 3, 0.1, 0.3, 0.1, 4, 0.2, 0.3, 0.2, 5;
+  CHECK(inertia(R"("density": 2, "inertia": [3, 4, 5, 0.1, 0.2, 0.3])") == expected);
+}
+
+TEST_CASE("rigid bodies: moments of inertia that no body has are refused") {
+  const auto in_plane = [](const std::string& keys) {
+    return refusal("{" + round_body + ", " + keys + "}");
+  };
+  CHECK(says(in_plane(R"("inertia": 1)"), "'inertia' is of free bodies"));
+  CHECK(says(in_plane(R"("velocity": [1, 0], "inertia": 1)"), "'inertia' is of free bodies"));
+  CHECK(says(in_plane(R"("mass": 1, "inertia": [1, 1, 1])"), "a number in two dimensions"));
+  CHECK(says(in_plane(R"("mass": 1, "inertia": 0)"), "'inertia' must be above 0, found 0"));
+  CHECK(says(refusal_of([] {
+               scenario_of({.bodies = "{" + round_body + R"(, "mass": 1, "inertia": 1})",
+                            .analysis = R"("plane": "axisymmetric", "dt": 1e-4)"});
+             }),
+             "a body of revolution does not turn"));
+  CHECK(says(refusal_in_space(R"("mass": 2, "inertia": 3)"),
+             "3 or 6 numbers in three dimensions, found 1"));
+  CHECK(says(refusal_in_space(R"("mass": 2, "inertia": [3, 4, 5, 0])"), "found 4"));
+  CHECK(says(refusal_in_space(R"("mass": 2, "inertia": [3, 4, 0])"), "must be above 0"));
+  // Its principal moments are -1, 5 and 7.
+  CHECK(says(refusal_in_space(R"("mass": 2, "inertia": [3, 3, 5, 4, 0, 0])"),
+             "the principal moments of 'inertia', -1, 5 and 7, must be above 0"));
+  CHECK(says(refusal_in_space(R"("mass": 2, "inertia": [3, 4, 7.1])"),
+             "no body has the principal moments 3, 4 and 7.1 of 'inertia'"));
+  CHECK(refusal_in_space(R"("mass": 2, "inertia": [3, 4, 7])") == "");  // a plate
+}
+
 TEST_CASE("rigid bodies: mistakes in what is said of them") {
   CHECK(says(refusal(R"({"region": {"all": true}})"), "needs a region that has a surface"));
   CHECK(says(refusal(R"({"region": {"below": "bad"}})"), "no geometry named 'bad'"));
