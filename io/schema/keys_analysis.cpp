@@ -257,8 +257,8 @@ const Section& time_step_section() {
           "at most `analysis.dt` if that is given. Implicit steps have no such limit. Adaptive "
           "ones begin with `analysis.dt`, which is also the longest. The next step is longer by "
           "half where Newton's method took few iterations (`safety`), and half as long where it "
-          "took more than half of `max_iteration`. A step that is not solved, or moves nodes by "
-          "more than a cell, is cut to a quarter, down to `analysis.watchdog.time_step`.",
+          "took more than three quarters of `max_iteration`. A step that is not solved, or moves "
+          "nodes by more than a cell, is cut to a quarter, down to `analysis.watchdog.time_step`.",
       .keys = {
           {.key = "adaptive",
            .kinds = boolean,

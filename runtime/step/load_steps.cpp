@@ -25,7 +25,7 @@ LoadSteps::LoadSteps(const Analysis& analysis, const Watchdog& watchdog)
     : largest_(analysis.step.dt),
       smallest_(std::max(watchdog.time_step, least_share) * largest_),
       few_(static_cast<int>(std::lround(analysis.step.safety * analysis.implicit.most_iterations))),
-      many_(analysis.implicit.most_iterations / 2) {}
+      many_(3 * analysis.implicit.most_iterations / 4) {}
 
 bool LoadSteps::accepts(const ImplicitReport& report) const {
   return report.converged && report.longest_move.cells <= most_cells;

@@ -7,10 +7,10 @@
 namespace lahar {
 
 /// A step is longer than the one before where Newton's method took at most a share of the
-/// iterations that it may take, TimeStep::safety, and shorter where it took more than half of them.
-/// In no step are nodes to move by more than a cell. A step that is not solved, or moves them
-/// further, is cut, down to the share Watchdog::time_step of the largest one. All ranks have the
-/// same numbers, and find the same.
+/// iterations that it may take, TimeStep::safety, and shorter where it took more than three
+/// quarters of them. In no step are nodes to move by more than a cell. A step that is not solved,
+/// or moves them further, is cut, down to the share Watchdog::time_step of the largest one. All
+/// ranks have the same numbers, and find the same.
 class LoadSteps {
  public:
   LoadSteps(const Analysis& analysis, const Watchdog& watchdog);
