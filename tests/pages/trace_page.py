@@ -263,10 +263,14 @@ def test_inflate(browser):
     texts = {"nothing": b"", "one byte": b"x", "zeros": bytes(70_000),
              "noise": bytes(noise.randrange(256) for _ in range(70_000)),
              "words": b" ".join(noise.choice([b"task", b"patch", b"rank", b"step"]) for _ in range(20_000))}
+    texts["all"] = texts["words"] + texts["noise"] + texts["zeros"] + texts["words"]
     for name, data in texts.items():
         for level, strategy in ((0, 0), (1, 0), (9, 0), (6, zlib.Z_FIXED), (6, zlib.Z_HUFFMAN_ONLY), (6, zlib.Z_RLE)):
             packer = zlib.compressobj(level, strategy=strategy)
-            packed = base64.b64encode(packer.compress(data) + packer.flush()).decode()
+            pieces = [data[k:k + 3001] for k in range(0, len(data), 3001)] if name == "all" else [data]
+            # A flush ends a block, and puts one of no bytes after it.
+            deflated = b"".join(packer.compress(piece) + packer.flush(zlib.Z_SYNC_FLUSH) for piece in pieces)
+            packed = base64.b64encode(deflated + packer.flush()).decode()
             # Names of a module are its own: it is loaded once more, with these told.
             found = browser.value(f"""(async () => {{
               const script = document.querySelector('script[type=module]').textContent;

@@ -65,13 +65,10 @@ class Inflater {
   }
 
   stored() {
-    this.at -= this.bits >> 3;
-    this.word = this.bits = 0;
-    const size = this.take(16);
-    this.at += 2;  // the size again
-    this.out.set(this.bytes.subarray(this.at, this.at + size), this.n);
-    this.at += size;
-    this.n += size;
+    this.drop(this.bits & 7);
+    const end = this.n + this.take(16);
+    this.take(16);  // the size again
+    while (this.n < end) this.out[this.n++] = this.take(8);
   }
   /** The codes of a block, whose lengths are coded themselves. */
   codes() {
