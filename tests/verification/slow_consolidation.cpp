@@ -27,7 +27,7 @@ double consolidation(double conductivity, double youngs_modulus) {
   return conductivity / 9810 / (1 / oedometric(youngs_modulus) + porosity / bulk_modulus);
 }
 
-struct Column {
+struct SoilColumn {
   std::string scheme = "musl", functions = "element";
   int cells = 20;
   double conductivity = 1e-3, youngs_modulus = 1e7;
@@ -54,7 +54,7 @@ std::string growth(double ramp) {
                      values);
 }
 
-std::string text_of(const Column& c, double end_time) {
+std::string text_of(const SoilColumn& c, double end_time) {
   const double h = 1.0 / c.cells;
   return fmt::format(R"({{
     "mesh": {{"structured": {{"cell_size": {0}, "counts": [1, {1}]}},
@@ -89,7 +89,7 @@ struct Errors {
   double energy = 0;  ///< made of nothing, over what the load put in
 };
 
-Errors errors_at(const Column& column, double T) {
+Errors errors_at(const SoilColumn& column, double T) {
   const double c_v = consolidation(column.conductivity, column.youngs_modulus);
   Simulation simulation(model_of_text<2>(text_of(column, T / c_v)));
   simulation.run();
@@ -113,7 +113,7 @@ struct RampErrors {
 };
 
 /// At T = 0.05, 0.1, 0.2, 0.5 and 1, as far as these are below `last`, and there.
-std::vector<RampErrors> errors_until(const Column& column, double last) {
+std::vector<RampErrors> errors_until(const SoilColumn& column, double last) {
   const double c_v = consolidation(column.conductivity, column.youngs_modulus);
   const double share =
       1 / (1 + porosity * oedometric(column.youngs_modulus) / bulk_modulus) * column.load;
@@ -191,12 +191,13 @@ TEST_CASE("consolidation: conductivities from 1e-2 to 1e-10 m/s at one time step
        {Case{1e-2, 4e5, 1}, Case{1e-3, 1e7, 1}, Case{1e-4, 1e8, 1}, Case{1e-5, 1e9, 1},
         Case{1e-6, 1e9, 1}, Case{1e-7, 1e9, 0.2}, Case{1e-8, 1e9, 0.0019}, Case{1e-9, 1e9, 1.9e-4},
         Case{1e-10, 1e9, 1.9e-5}}) {
-    const Column column{.cells = 10,
-                        .conductivity = c.conductivity,
-                        .youngs_modulus = c.youngs_modulus,
-                        .dt = dt,
-                        .load = 1e-3 * c.youngs_modulus,  // at 0.01 it gets less permeable by 6 %
-                        .ramp = 0.02};
+    const SoilColumn column{
+        .cells = 10,
+        .conductivity = c.conductivity,
+        .youngs_modulus = c.youngs_modulus,
+        .dt = dt,
+        .load = 1e-3 * c.youngs_modulus,  // at 0.01 it gets less permeable by 6 %
+        .ramp = 0.02};
     CAPTURE(c.conductivity);
     for (const RampErrors& errors : errors_until(column, c.T)) {
       MESSAGE(fmt::format("k = {:.0e} m/s, T = {:.2g}: base {:+.4f}, middle {:+.4f}",
