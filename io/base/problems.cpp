@@ -139,6 +139,13 @@ std::string quoted_source(std::string_view source, int column, const char* green
   return out + fmt::format("{}^{}\n", green, off);
 }
 
+/// What people read of a message, which may quote a word of any length.
+std::string shown(std::string_view text) {
+  constexpr std::size_t longest = 4000;  // [bytes]
+  if (text.size() <= longest) return printable(text);
+  return printable(cut_text(text, longest)) + " ...";
+}
+
 }  // namespace
 
 std::string format_problems(const std::vector<Problem>& problems, const char* severity,
@@ -153,11 +160,11 @@ std::string format_problems(const std::vector<Problem>& problems, const char* se
     out += fmt::format("{}{}", bold, p.file.empty() ? "command line" : printable(p.file));
     if (p.line > 0) out += fmt::format(":{}", p.line);
     if (p.line > 0 && p.column > 0) out += fmt::format(":{}", p.column);
-    out += fmt::format(": {}{}:{} {}", red, severity, off, printable(p.message));
+    out += fmt::format(": {}{}:{} {}", red, severity, off, shown(p.message));
     if (!p.where.empty()) out += fmt::format(" [{}]", printable(p.where));
     out += '\n';
     if (!p.source.empty()) out += quoted_source(p.source, p.column, green, off);
-    if (!p.hint.empty()) out += fmt::format("  hint: {}\n", printable(p.hint));
+    if (!p.hint.empty()) out += fmt::format("  hint: {}\n", shown(p.hint));
   }
   return out;
 }

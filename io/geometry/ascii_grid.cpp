@@ -6,9 +6,11 @@
 #include <array>
 #include <charconv>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "io/base/text.h"
 #include "physics/base/error.h"
@@ -115,11 +117,12 @@ class Words {
 
 Index count_of(const MapFile& file, const Words& words, std::string_view word) {
   Index count = 0;
+  constexpr Index most = std::numeric_limits<int>::max();  // GDAL reads no more
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), count);
-  if (error != std::errc() || end != word.data() + word.size() || count < 1)
+  if (error != std::errc() || end != word.data() + word.size() || count < 1 || count > most)
     fail(fmt::format("line {} of '{}' has '{}' in place of a number of cells", words.line(),
                      file.name, word),
-         "ncols and nrows are whole numbers greater than 0");
+         fmt::format("ncols and nrows are whole numbers from 1 to {}", most));
   return count;
 }
 
@@ -128,6 +131,7 @@ Index count_of(const MapFile& file, const Words& words, std::string_view word) {
 void check_ascii_grid(const MapFile& file) {
   Words words(file);
   std::array<Index, 2> counts{};  // columns and rows
+  std::array<bool, keys.size()> given{};
   auto word = words.next();
   for (bool first = true; word; word = words.next(), first = false) {
     const auto key = std::find(keys.begin(), keys.end(), lower(*word));
@@ -137,9 +141,13 @@ void check_ascii_grid(const MapFile& file) {
     }
     const auto value = words.next();
     if (!value) break;
-    if (key - keys.begin() < 2)
-      counts[static_cast<std::size_t>(key - keys.begin())] = count_of(file, words, *value);
-    else if (!is_number(*value))
+    const auto which = static_cast<std::size_t>(key - keys.begin());
+    if (std::exchange(given[which], true))
+      fail(fmt::format("line {} of '{}' has a second '{}'", words.line(), file.name, *key),
+           "a grid has one head");
+    if (which < 2)
+      counts[which] = count_of(file, words, *value);
+    else if (!is_number(*value) || (*key != "nodata_value" && is_unknown(*value)))
       refuse_word(file, words, *value);
   }
   if (counts[0] == 0 || counts[1] == 0) return;  // GDAL says what is missing

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
+#include "io/base/text.h"
 #include "io/geometry/map_files.h"
 #include "physics/base/error.h"
 
@@ -34,7 +36,12 @@ Gdal load() {
          "configure and build again with the libgdal-dev that is installed now");
   LAHAR_GDAL_FUNCTIONS(LAHAR_GDAL_LOAD)
 #undef LAHAR_GDAL_LOAD
-  gdal.GDALAllRegister();
+  // Other formats lead to other files, or into the net.
+  gdal.GDALRegister_GTiff();
+  gdal.GDALRegister_AAIGrid();
+  gdal.RegisterOGRGeoJSON();
+  gdal.RegisterOGRShape();
+  gdal.CPLSetConfigOption("CPL_VSIL_CURL_ALLOWED_FILENAME", "none");
   gdal.GDALSetCacheMax64(block_cache);
   return gdal;
 }
@@ -58,6 +65,48 @@ std::string name_of(OGRSpatialReferenceH reference) {
 }
 
 }  // namespace
+
+namespace {
+
+/// GDAL reads files of the same name with other endings, such as .prj and .dbf.
+void check_neighbours(const MapFile& file) {
+  namespace fs = std::filesystem;
+  constexpr std::uintmax_t longest = 1 << 20;  // of a text that GDAL reads as a whole [bytes]
+  const fs::path path(file.path), folder = path.parent_path();
+  const std::string stem = path.stem().string() + ".";
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(stem)) continue;
+    const fs::file_status status = entry.status(error);
+    if (!fs::exists(status) || fs::is_directory(status)) continue;
+    if (!fs::is_regular_file(status))
+      fail(fmt::format("'{}' beside '{}' is not a regular file", name, file.name),
+           "GDAL reads it together with the map; remove it");
+    const auto size = entry.file_size(error);
+    if (!error && size > longest && (name.ends_with(".prj") || name.ends_with(".cpg")))
+      fail(fmt::format("'{}' beside '{}' has {}; at most {} are read", name, file.name,
+                       format_bytes(static_cast<double>(size)),
+                       format_bytes(static_cast<double>(longest))),
+           "it has the name of a coordinate reference system or of an encoding");
+  }
+}
+
+Dataset open_map(const MapFile& file, unsigned kind, std::array<const char*, 3> drivers) {
+  check_neighbours(file);
+  return Dataset(gdal().GDALOpenEx(file.path.c_str(), kind | GDAL_OF_VERBOSE_ERROR, drivers.data(),
+                                   nullptr, nullptr));
+}
+
+}  // namespace
+
+Dataset open_raster(const MapFile& file) {
+  return open_map(file, GDAL_OF_RASTER, {"GTiff", "AAIGrid", nullptr});
+}
+
+Dataset open_polygons(const MapFile& file) {
+  return open_map(file, GDAL_OF_VECTOR, {"GeoJSON", "ESRI Shapefile", nullptr});
+}
 
 bool has_gdal() {
   try {

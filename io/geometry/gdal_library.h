@@ -5,6 +5,7 @@
 #include <cpl_conv.h>
 #include <cpl_error.h>
 #include <gdal.h>
+#include <gdal_frmts.h>
 #include <gdal_utils.h>
 #include <ogr_api.h>
 #include <ogr_srs_api.h>
@@ -12,9 +13,17 @@
 #include <memory>
 #include <string>
 
+#include "io/geometry/map_files.h"
+
+extern "C" {
+void RegisterOGRGeoJSON();  // of ogrsf_frmts.h, which is for its C++ classes
+void RegisterOGRShape();
+}
+
 // clang-format off
 #define LAHAR_GDAL_FUNCTIONS(F)                                                                   \
-  F(GDALAllRegister) F(GDALSetCacheMax64) F(GDALOpenEx) F(GDALReleaseDataset)                            \
+  F(GDALRegister_GTiff) F(GDALRegister_AAIGrid) F(GDALRegister_VRT) F(GDALDeregisterDriver)       \
+  F(RegisterOGRGeoJSON) F(RegisterOGRShape) F(CPLSetConfigOption) F(GDALGetBlockSize) F(GDALSetCacheMax64) F(GDALOpenEx) F(GDALReleaseDataset)                            \
   F(GDALGetRasterCount) F(GDALGetRasterBand) F(GDALGetRasterXSize) F(GDALGetRasterYSize)          \
   F(GDALGetGeoTransform) F(GDALGetSpatialRef) F(GDALGetRasterNoDataValue) F(GDALGetMaskFlags)     \
   F(GDALGetMaskBand) F(GDALRasterIOEx) F(GDALGetRasterUnitType) F(GDALGetRasterScale)             \
@@ -61,6 +70,11 @@ struct CloseDataset {
   void operator()(void* dataset) const { gdal().GDALReleaseDataset(dataset); }
 };
 using Dataset = std::unique_ptr<void, CloseDataset>;
+
+/// Opens a map of the formats that Lahar reads, and of no other; null if it is none, or damaged.
+/// Throws InputError if what GDAL would read beside it may have no end.
+Dataset open_raster(const MapFile& file);
+Dataset open_polygons(const MapFile& file);
 
 /// WKT of the plane part of a coordinate reference system; empty for null. Throws InputError if its
 /// coordinates are no metres.

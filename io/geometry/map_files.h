@@ -14,6 +14,9 @@
 
 namespace lahar {
 
+/// Coordinates of maps are not larger [m].
+inline constexpr double farthest_of_map = 1e12;
+
 /// Whether this build reads maps at all, and the library that it needs can be loaded.
 bool has_gdal();
 
@@ -60,6 +63,8 @@ class Raster {
   Part part(const Vec<2>& low, const Vec<2>& high, double finest) const;
   /// How many rows are read at once. Their number bounds the memory that reading takes.
   Index rows_at_once(const Part& part) const;
+  /// The memory that this takes [bytes].
+  double bytes_at_once(const Part& part) const;
   /// Heights of rows from `begin` to `end`, rows and points ascending; NaN where not known.
   std::vector<float> read(const Part& part, Index begin, Index end) const;
 

@@ -30,6 +30,9 @@ Raster::Part Raster::part(const Vec<2>&, const Vec<2>&, double) const {
 Index Raster::rows_at_once(const Part&) const {
   refuse();
 }
+double Raster::bytes_at_once(const Part&) const {
+  refuse();
+}
 std::vector<float> Raster::read(const Part&, Index, Index) const {
   refuse();
 }

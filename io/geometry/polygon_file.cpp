@@ -48,6 +48,10 @@ void add(OGRGeometryH geometry, const std::string& what, std::vector<Outlines::P
   Outlines::Polygon polygon;
   for (int i = 0; i < parts; ++i) {
     polygon.push_back(ring_of(g.OGR_G_GetGeometryRef(geometry, i)));
+    for (const Vec<2>& x : polygon.back())
+      if (!(x.cwiseAbs().maxCoeff() <= farthest_of_map))
+        fail(fmt::format("{} has a corner at ({:g}, {:g})", what, x.x(), x.y()),
+             "coordinates are finite numbers of metres");
     if (polygon.back().size() < 3)
       fail(fmt::format("{} has a ring of {} points", what, polygon.back().size()),
            "a ring has three corners at least");
@@ -102,11 +106,10 @@ OGRLayerH only_layer(const Dataset& dataset, const MapFile& file) {
 PolygonFile read_polygons(const MapFile& file, const std::string& filter) {
   const Gdal& g = gdal();
   const QuietGdal quiet;
-  const Dataset dataset(g.GDALOpenEx(file.path.c_str(), GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR,
-                                     nullptr, nullptr, nullptr));
+  const Dataset dataset = open_polygons(file);
   if (!dataset)
     fail(fmt::format("GDAL cannot read polygons from '{}': {}", file.name, QuietGdal::said()),
-         "GeoJSON and shapefiles are");
+         "GeoJSON and shapefiles are read; ogr2ogr converts other formats");
   OGRLayerH layer = only_layer(dataset, file);
   if (!filter.empty() && g.OGR_L_SetAttributeFilter(layer, filter.c_str()) != OGRERR_NONE)
     fail(fmt::format("'where' does not fit '{}': {}", file.name, QuietGdal::said()),

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 
 #include "io/base/text.h"
 #include "io/geometry/gdal_library.h"
@@ -32,6 +33,7 @@ struct Raster::Source {
   std::string all_known;  ///< a file that declares no value for what is not known; or none
   std::string names;      ///< of all files, for messages
   bool heights = true;    ///< else values of a parameter
+  double bytes = 0;       ///< of all files
 
   /// Means over parts of a window, which has `columns` x `rows` of them.
   std::vector<float> take(GDALRasterBandH from, const Window& window, Index columns,
@@ -42,6 +44,8 @@ struct Raster::Source {
     return std::isfinite(values[i]) && values[i] != static_cast<float>(no_data) &&
            (mask.empty() || mask[i] != 0);
   }
+  /// What a number of the file means. Throws InputError if it is no number of single precision.
+  float value(float number) const;
   /// Refuses values of single cells that mean that nothing is known there, where the file does not
   /// say so.
   void check(const Window& window, const std::vector<float>& cells,
@@ -106,11 +110,10 @@ StrangeCells strange_cells(const std::vector<float>& cells, bool heights, const 
 }
 
 Dataset open(const MapFile& file) {
-  Dataset dataset(gdal().GDALOpenEx(file.path.c_str(), GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR,
-                                    nullptr, nullptr, nullptr));
+  Dataset dataset = open_raster(file);
   if (!dataset)
     fail(fmt::format("GDAL cannot read a raster from '{}': {}", file.name, QuietGdal::said()),
-         "ESRI ASCII grids and GeoTIFF are rasters");
+         "ESRI ASCII grids and GeoTIFF are read; gdal_translate converts other formats");
   return dataset;
 }
 
@@ -125,6 +128,16 @@ std::array<double, 6> transform_of(const Dataset& dataset, const MapFile& file) 
   if (!(std::abs(t[1]) > 0 && std::abs(t[5]) > 0 && t[1] > 0))
     fail(fmt::format("'{}' has cells of {} by {} m", file.name, t[1], t[5]),
          "cells need a size greater than zero");
+  const Vec<2> cell(t[1], t[5]), first(t[0], t[3]);
+  const Vec<2> last = first + Vec<2>(cell.x() * gdal().GDALGetRasterXSize(dataset.get()),
+                                     cell.y() * gdal().GDALGetRasterYSize(dataset.get()));
+  const double farthest = std::max(first.cwiseAbs().maxCoeff(), last.cwiseAbs().maxCoeff());
+  constexpr double rounding = 1e-13;  // of coordinates [-]
+  if (!first.allFinite() || !(farthest <= farthest_of_map) ||
+      !(cell.cwiseAbs().minCoeff() > rounding * farthest))
+    fail(fmt::format("'{}' has cells of {} by {} m from ({:g}, {:g}) to ({:g}, {:g})", file.name,
+                     t[1], t[5], first.x(), first.y(), last.x(), last.y()),
+         "coordinates are finite numbers of metres, and cells are not lost in their rounding");
   return t;
 }
 
@@ -149,9 +162,20 @@ void check_band(const Dataset& dataset, const MapFile& file, std::string_view un
          unit == "m" ? "metres are needed" : fmt::format("the unit here is '{}'", unit));
 }
 
+/// GDAL's driver for rasters that are made of others, while they are made: a file of this format,
+/// also one beside a map, may lead to any other.
+class JoiningDriver {
+ public:
+  JoiningDriver() { gdal().GDALRegister_VRT(); }
+  ~JoiningDriver() { gdal().GDALDeregisterDriver(gdal().GDALGetDriverByName("VRT")); }
+  JoiningDriver(const JoiningDriver&) = delete;
+  JoiningDriver& operator=(const JoiningDriver&) = delete;
+};
+
 /// One raster of several: of numbers that know NaN, which is what lies between tiles.
 Dataset join(const std::vector<MapFile>& tiles, std::vector<Dataset> parts,
              const std::string& reference) {
+  const JoiningDriver driver;
   std::vector<GDALDatasetH> handles;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     std::vector<std::string> words{"-of",      "VRT",          "-ot", "Float32",
@@ -220,9 +244,15 @@ Raster::Raster(const std::vector<MapFile>& tiles, std::string_view unit)
   if (given) s.scale = scale;
   const double offset = gdal().GDALGetRasterOffset(s.band, &given);
   if (given) s.offset = offset;
+  if (!std::isfinite(s.scale) || !std::isfinite(s.offset))
+    fail(fmt::format("'{}' has values that are numbers of the file times {} plus {}", tiles[0].name,
+                     s.scale, s.offset));
   const double none = gdal().GDALGetRasterNoDataValue(s.band, &given);
   if (given) s.no_data = none;
   s.heights = unit == "m";
+  std::error_code error;
+  for (const MapFile& tile : tiles)
+    s.bytes += static_cast<double>(std::filesystem::file_size(tile.path, error));
   for (const MapFile& tile : tiles) s.names += (s.names.empty() ? "" : "', '") + tile.name;
   s.masked = (gdal().GDALGetMaskFlags(s.band) & (GMF_NODATA | GMF_ALL_VALID)) == 0;
   const Vec<2> a(s.transform[0], s.transform[3]);
@@ -263,6 +293,13 @@ Raster::Part Raster::part(const Vec<2>& low, const Vec<2>& high, double finest) 
   // Cells that are left over before the first group belong to it.
   out.bounds = {corner, corner + out.spacing.cwiseProduct(Vec<2>(static_cast<double>(out.columns),
                                                                  static_cast<double>(out.rows)))};
+  // A file without data for most of its cells claims any number of them.
+  constexpr double cells_of_byte = 1e6, few_cells = 1e9;
+  const double cells = f * f * static_cast<double>(out.columns) * static_cast<double>(out.rows);
+  if (cells > few_cells + cells_of_byte * s.bytes)
+    fail(fmt::format("'{}' has {:.3g} cells where the mesh is, but only {:.0f} bytes", s.names,
+                     cells, s.bytes),
+         "is the file whole, and its cell size right? gdal_translate -tr makes larger cells");
   if (out.first_column < out.factor) out.bounds.first.x() = bounds_.first.x();
   if (out.first_row < out.factor) out.bounds.first.y() = bounds_.first.y();
   return out;
@@ -270,6 +307,18 @@ Raster::Part Raster::part(const Vec<2>& low, const Vec<2>& high, double finest) 
 
 Index Raster::rows_at_once(const Part& part) const {
   return std::max<Index>(1, cells_at_once / (part.columns * part.factor * part.factor));
+}
+
+double Raster::bytes_at_once(const Part& part) const {
+  // GDAL reads blocks as a whole, as they are in the file and as numbers of up to 8 bytes.
+  constexpr double of_block = 16;
+  // Cells, and a mask.
+  constexpr double of_cell = 2 * sizeof(float);
+  int columns = 0, rows = 0;
+  gdal().GDALGetBlockSize(source_->band, &columns, &rows);
+  const double cells = static_cast<double>(rows_at_once(part)) *
+                       static_cast<double>(part.columns * part.factor * part.factor);
+  return of_cell * cells + of_block * static_cast<double>(columns) * static_cast<double>(rows);
 }
 
 std::vector<float> Raster::Source::take(GDALRasterBandH from, const Window& window, Index columns,
@@ -325,6 +374,13 @@ void Raster::Source::check(const Window& window, const std::vector<float>& cells
            std::isnan(no_data) ? std::string("VALUE_DECLARED") : fmt::format("{:g}", no_data)));
 }
 
+float Raster::Source::value(float number) const {
+  const double is = offset + scale * static_cast<double>(number);
+  if (!(std::abs(is) <= static_cast<double>(std::numeric_limits<float>::max())))
+    fail(fmt::format("'{}' has the value {:g}", names, is), "is its scale or offset right?");
+  return static_cast<float>(is);
+}
+
 std::vector<float> Raster::read(const Part& part, Index begin, Index end) const {
   const QuietGdal quiet;
   const Source& s = *source_;
@@ -343,8 +399,7 @@ std::vector<float> Raster::read(const Part& part, Index begin, Index end) const 
             s.take_mask(window, window.columns, window.rows));
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
   for (std::size_t i = 0; i < read.size(); ++i)
-    read[i] =
-        s.is_known(read, mask, i) ? static_cast<float>(s.offset + s.scale * read[i]) : unknown;
+    read[i] = s.is_known(read, mask, i) ? s.value(read[i]) : unknown;
   if (downwards)
     for (Index j = 0; j < rows / 2; ++j)
       std::swap_ranges(read.begin() + j * part.columns, read.begin() + (j + 1) * part.columns,

@@ -24,8 +24,7 @@ constexpr Index most_places = 512;
 
 class Tile {
  public:
-  explicit Tile(const MapFile& file)
-      : dataset_(gdal().GDALOpenEx(file.path.c_str(), GDAL_OF_RASTER, nullptr, nullptr, nullptr)) {
+  explicit Tile(const MapFile& file) : dataset_(open_raster(file)) {
     if (dataset_ && gdal().GDALGetGeoTransform(dataset_.get(), t_.data()) != CE_None)
       dataset_.reset();
     if (!dataset_) return;

@@ -1,5 +1,7 @@
 #include "io/geometry/triangles_builder.h"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <cstdint>
 #include <limits>
@@ -9,6 +11,9 @@ namespace lahar {
 namespace {
 
 constexpr std::size_t first_slots = 1 << 10;
+
+/// Coordinates are not larger [m].
+constexpr double farthest = 1e12;
 
 std::uint64_t hash_of(const Vec<3>& x) {
   std::uint64_t hash = 0;
@@ -39,6 +44,10 @@ void TrianglesBuilder::grow() {
 
 Local TrianglesBuilder::point(const Vec<3>& x) {
   Vec<3> at = place_.scale * x + place_.offset;
+  if (!(at.cwiseAbs().maxCoeff() <= farthest))
+    throw InputError({Problem{
+        .message = fmt::format("a surface has a corner at ({:g}, {:g}, {:g})", at[0], at[1], at[2]),
+        .hint = "coordinates, times 'scale' and with 'offset', are finite numbers of metres"}});
   at.array() += 0.0;  // no -0, which has other bits
   std::size_t slot = slot_of(at);
   if (slots_[slot] >= 0) return slots_[slot];

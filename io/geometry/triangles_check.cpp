@@ -93,6 +93,10 @@ class Check {
     const auto volumes = shell_volumes(triangles_, shells);
     std::vector<int> depths(volumes.size(), 0);
     if (shells.count > 1) depths = nesting_depths(triangles_, shells);
+    if (depths.empty())
+      return error(fmt::format("too many of the {} closed surfaces lie within each other, or cross",
+                               shells.count),
+                   "unite what overlaps in the program that made the surface");
     std::vector<bool> wrong(volumes.size(), false);
     Index turned = 0, hollows = 0;
     double hollow = 0;  // [m^3]
@@ -163,9 +167,11 @@ bool check_crossings(const std::string& file, const TriangleTree& tree, ProblemL
   const Triangles& all = tree.triangles();
   problems.error(
       {.file = file,
-       .message = fmt::format("the surface passes through itself: {} of triangles cross, the first "
-                              "at {}",
-                              counted(found.count, "pair"), text_of(found.at)),
+       .message =
+           fmt::format("the surface passes through itself: {}{} of triangles cross, the first "
+                       "at {}",
+                       counted(found.count, "pair"),
+                       found.count == TriangleCrossings::most ? " or more" : "", text_of(found.at)),
        .hint = fmt::format("these two have their centres at {} and {}; unite what overlaps in the "
                            "program that made the surface",
                            text_of(all.centre(found.first)), text_of(all.centre(found.second)))});

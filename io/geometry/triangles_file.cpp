@@ -23,16 +23,23 @@ std::optional<Triangles> read_triangles(const SideFile& file, const TrianglesPla
   const std::string ending = ending_of(file.name);
   TrianglesBuilder builder(place);
   bool good = false;
-  if (ending == "stl")
-    good = read_stl(file, builder, problems);
-  else if (ending == "obj")
-    good = read_obj(file, builder, problems);
-  else if (ending == "ply")
-    good = read_ply(file, builder, problems);
-  else
-    problems.error({.file = file.name,
-                    .message = fmt::format("the format of '{}' is not known", file.name),
-                    .hint = "triangles are read from files that end on .stl, .obj or .ply"});
+  try {
+    if (ending == "stl")
+      good = read_stl(file, builder, problems);
+    else if (ending == "obj")
+      good = read_obj(file, builder, problems);
+    else if (ending == "ply")
+      good = read_ply(file, builder, problems);
+    else
+      problems.error({.file = file.name,
+                      .message = fmt::format("the format of '{}' is not known", file.name),
+                      .hint = "triangles are read from files that end on .stl, .obj or .ply"});
+  } catch (const InputError& error) {  // of the builder, which knows no file
+    for (Problem problem : error.problems()) {
+      problem.file = file.name;
+      problems.error(std::move(problem));
+    }
+  }
   if (!good) return std::nullopt;
   return builder.take();
 }

@@ -224,6 +224,7 @@ class BodyReader {
 
   bool read(const PlyElement& element) {
     const bool vertex = element.name == "vertex", face = element.name == "face";
+    if (element.properties.empty()) return true;  // it takes no bytes, whatever its count
     for (Index i = 0; i < element.count; ++i) {
       x_.setZero();
       polygon_.clear();
@@ -302,6 +303,9 @@ bool check_head(const PlyHead& head, const SideFile& file, ProblemList& problems
     return refuse("the head has no element 'vertex' with x, y and z");
   if (face == end || !has(*face, true, "vertex_indices", "vertex_index"))
     return refuse("the head has no element 'face' with a list 'vertex_indices'");
+  for (const auto& element : {vertex, face})
+    if (std::any_of(element + 1, end, [&](const PlyElement& e) { return e.name == element->name; }))
+      return refuse(fmt::format("the head has two elements '{}'", element->name));
   if (face < vertex) return refuse("faces come before vertices");
   return true;
 }

@@ -77,6 +77,10 @@ bool is_element_file(const SideFile& file) {
   return begins_with(file, "$MeshFormat") || begins_with(file, "<VTKFile");
 }
 
+double bytes_to_read(const SideFile& file) {
+  return begins_with(file, "<VTKFile") ? vtu_bytes(file) : 0;
+}
+
 FileElements read_element_file(const SideFile& file) {
   return begins_with(file, "<VTKFile") ? read_vtu(file) : read_gmsh(file);
 }

@@ -50,12 +50,17 @@ struct FileElements {
 /// Whether a file begins like one of these.
 bool is_element_file(const SideFile& file);
 
+/// About how much memory reading takes [bytes], where that may be much more than the file has, as
+/// of compressed ones; else 0. Throws InputError.
+double bytes_to_read(const SideFile& file);
+
 /// Reads it; throws InputError with the place of the first mistake.
 FileElements read_element_file(const SideFile& file);
 
 // The formats.
 FileElements read_gmsh(const SideFile& file);
 FileElements read_vtu(const SideFile& file);
+double vtu_bytes(const SideFile& file);  ///< as bytes_to_read()
 
 /// A mesh of one element with sets of its nodes and cells.
 template <int Dim>

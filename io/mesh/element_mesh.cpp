@@ -4,7 +4,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <tuple>
 
 #include "io/mesh/element_file.h"
 
@@ -230,16 +232,18 @@ class MeshMaker {
 
   void make_sets(const std::vector<Local>& place) {
     using Set = typename ElementMesh<Dim>::Set;
-    for (std::size_t s = 0; s < tables_.sets.size(); ++s) {
-      const auto& set = tables_.sets[s];
-      auto& to = set.dim == Dim ? mesh_.cell_sets : mesh_.node_sets;
-      // Groups of several dimensions may have one name.
-      auto same = std::find_if(to.begin(), to.end(), [&](const Set& other) {
-        return other.name == set.name && (!set.name.empty() || other.id == set.id);
-      });
-      if (same == to.end()) same = to.insert(to.end(), Set{set.name, set.id, {}});
-      add_members(static_cast<Local>(s), set.dim, place, same->members);
+    // Groups of several dimensions may have one name.
+    std::map<std::tuple<bool, std::string, Index>, std::size_t> known;
+    std::vector<std::size_t> target;  // position of each set of the file among its kind
+    for (const auto& set : tables_.sets) {
+      const bool cells = set.dim == Dim;
+      auto& to = cells ? mesh_.cell_sets : mesh_.node_sets;
+      const auto [at, is_new] =
+          known.try_emplace({cells, set.name, set.name.empty() ? set.id : Index{-1}}, to.size());
+      if (is_new) to.push_back(Set{set.name, set.id, {}});
+      target.push_back(at->second);
     }
+    add_members(place, target);
     for (auto* sets : {&mesh_.node_sets, &mesh_.cell_sets})
       for (Set& set : *sets) {
         std::sort(set.members.begin(), set.members.end());
@@ -247,25 +251,26 @@ class MeshMaker {
       }
   }
 
-  void add_members(Local set, int dim, const std::vector<Local>& place, std::vector<Index>& to) {
-    const auto add_node = [&](Local point) {
+  /// `place` of cells among those that differ, `target` of sets.
+  void add_members(const std::vector<Local>& place, const std::vector<std::size_t>& target) {
+    const auto add_node = [&](Local set, Local point) {
       const Local node = number_[static_cast<std::size_t>(point)];
-      if (node >= 0) to.push_back(node);
+      auto& to = mesh_.node_sets[target[static_cast<std::size_t>(set)]];
+      if (node >= 0) to.members.push_back(node);
     };
-    if (dim < 0)
-      for (const auto& [of, point] : tables_.point_sets)
-        if (of == set) add_node(point);
+    const auto dim_of = [&](Local set) { return tables_.sets[static_cast<std::size_t>(set)].dim; };
+    for (const auto& [set, point] : tables_.point_sets)
+      if (dim_of(set) < 0) add_node(set, point);
     for (std::size_t k = 0; k < tables_.kinds.size(); ++k) {
-      if (element_kinds()[k].dim != dim) continue;
       const auto& kind = tables_.kinds[k];
       const auto n = static_cast<std::size_t>(element_kinds()[k].nodes);
-      for (const auto& [of, element] : kind.members) {
-        if (of != set) continue;
+      for (const auto& [set, element] : kind.members) {
+        if (dim_of(set) != element_kinds()[k].dim) continue;
         const auto e = static_cast<std::size_t>(element);
         if (k == kind_)
-          to.push_back(place[e]);
+          mesh_.cell_sets[target[static_cast<std::size_t>(set)]].members.push_back(place[e]);
         else
-          for (std::size_t a = 0; a < n; ++a) add_node(kind.nodes[e * n + a]);
+          for (std::size_t a = 0; a < n; ++a) add_node(set, kind.nodes[e * n + a]);
       }
     }
   }

@@ -143,6 +143,11 @@ class GmshReader {
         for (int k = 0; k < (dim == 0 ? 3 : 6); ++k) source_.number<double>("a bound of an entity");
         auto& groups = groups_[{dim, tag}];
         const auto n_groups = count(source_.number<Id>("the number of groups"), 1, "groups");
+        // Each of its elements becomes a member of each of them.
+        if (static_cast<Index>(groups.size()) + n_groups > most_groups)
+          fail(
+              fmt::format("entity {} of dimension {} is in {} physical groups; at most {} are read",
+                          tag, dim, static_cast<Index>(groups.size()) + n_groups, most_groups));
         for (Index g = 0; g < n_groups; ++g)
           groups.push_back(set_of(dim, std::abs(Index{source_.number<std::int32_t>("a group")})));
         if (dim == 0) continue;
@@ -287,6 +292,7 @@ class GmshReader {
   }
 
   static constexpr Id most = std::numeric_limits<Local>::max();
+  static constexpr Index most_groups = 100;  ///< of an entity
   GmshSource source_;
   int major_ = 0;  ///< of the version
   FileElements tables_;

@@ -185,6 +185,8 @@ class ArrayReader {
     if (!appended && array_.format != "binary")
       fail_vtu(file_, fmt::format("the array '{}' has the format '{}'", array_.name, array_.format),
                "formats are ascii, binary and appended");
+    if (appended && array_.offset > file_.size - head_.appended)
+      fail_vtu(file_, fmt::format("the array '{}' begins behind the end of the file", array_.name));
     ArrayBytes in(file_, array_, appended ? head_.appended + array_.offset : array_.begin,
                   !appended || head_.appended_base64);
     std::vector<char> bytes;
@@ -218,7 +220,12 @@ class ArrayReader {
                fmt::format("the compressed array '{}' is damaged or cut short", array_.name));
     };
     const std::uint64_t full = blocks == 0 ? 0 : blocks - (last > 0 ? 1 : 0);
-    if (blocks > size || (full > 0 && block > size) || full * block + last != size) damaged();
+    // Sums and products of these may be beyond 64 bits.
+    const bool fits = blocks == 0 ? size == 0
+                                  : last <= size && (full == 0 || block <= (size - last) / full) &&
+                                        full * block + last == size;
+    const auto bytes_of_file = static_cast<std::uint64_t>(file_.size);
+    if (!fits || blocks > bytes_of_file || size > best_compression * bytes_of_file) damaged();
     std::vector<std::uint64_t> packed(blocks);
     for (auto& n : packed) n = header(in);
     in.end_block();
@@ -226,7 +233,7 @@ class ArrayReader {
     std::vector<char> from;
     std::size_t at = 0;
     for (std::size_t i = 0; i < packed.size(); ++i) {
-      if (packed[i] > static_cast<std::uint64_t>(file_.size)) damaged();
+      if (packed[i] > bytes_of_file) damaged();
       from.resize(packed[i]);
       in.get(from.data(), from.size());
       const std::size_t expected = i < full ? block : last;

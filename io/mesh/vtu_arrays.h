@@ -29,6 +29,9 @@ struct VtuHead {
   std::vector<VtuArray> points, point_data, cell_data;
 };
 
+/// Bytes that a byte of a file may hold if it is compressed: zlib makes 1032 of one at most.
+inline constexpr Index best_compression = 1100;
+
 /// Throws InputError.
 VtuHead read_vtu_head(const SideFile& file);
 

@@ -11,17 +11,21 @@ namespace lahar {
 
 namespace {
 
+VtuHead plausible_head(const SideFile& file) {
+  VtuHead head = read_vtu_head(file);
+  // Each needs a byte in the file at least, or a bit of it if compressed.
+  const Index most = std::max(head.n_points, head.n_cells);
+  if (most > best_compression * file.size || most > std::numeric_limits<Local>::max())
+    fail_vtu(file, fmt::format("{} points and {} cells are too many for this file", head.n_points,
+                               head.n_cells));
+  return head;
+}
+
 class VtuReader {
  public:
-  explicit VtuReader(const SideFile& file) : file_(file), head_(read_vtu_head(file)) {}
+  explicit VtuReader(const SideFile& file) : file_(file), head_(plausible_head(file)) {}
 
   FileElements read() {
-    // Each needs a byte in the file at least, or a bit of it if compressed.
-    constexpr Index best_compression = 1100;
-    if (std::max(head_.n_points, head_.n_cells) > best_compression * file_.size ||
-        std::max(head_.n_points, head_.n_cells) > std::numeric_limits<Local>::max())
-      fail_vtu(file_, fmt::format("{} points and {} cells are too many for this file",
-                                  head_.n_points, head_.n_cells));
     read_points();
     read_cells();
     for (const VtuArray& array : head_.point_data)
@@ -62,21 +66,26 @@ class VtuReader {
     const auto nodes = read_vtu_integers(file_, head_, cells("connectivity"), n);
     Index begin = 0;
     for (std::size_t c = 0; c < types.size(); ++c) {
-      add_cell(c, static_cast<int>(types[c]), begin, ends[c], nodes);
+      add_cell(c, types[c], begin, ends[c], nodes);
       begin = ends[c];
     }
   }
 
-  void add_cell(std::size_t c, int type, Index begin, Index end, const std::vector<Index>& nodes) {
-    const int k = kind_of_vtk(type);
+  void add_cell(std::size_t c, Index type, Index begin, Index end,
+                const std::vector<Index>& nodes) {
+    constexpr Index highest_type = 255;
+    const int k = type >= 0 && type <= highest_type ? kind_of_vtk(static_cast<int>(type)) : -1;
     if (k < 0) fail_vtu(file_, fmt::format("cell {} is of type {}, which is not read", c, type));
     const ElementKind& kind = element_kinds()[static_cast<std::size_t>(k)];
-    if (end - begin != kind.nodes || end > static_cast<Index>(nodes.size()))
+    if (end < begin || end > static_cast<Index>(nodes.size()))
+      fail_vtu(file_, fmt::format("cell {} ends with node {} of {}, and the one before with {}", c,
+                                  end, nodes.size(), begin));
+    if (end - begin != kind.nodes)
       fail_vtu(file_, fmt::format("cell {} has {} nodes, but {} have {}", c, end - begin, kind.name,
                                   kind.nodes));
     auto& to = tables_.kinds[static_cast<std::size_t>(k)].nodes;
     kind_.push_back(static_cast<Local>(k));
-    place_.push_back(static_cast<Local>(to.size()) / kind.nodes);
+    place_.push_back(static_cast<Local>(to.size() / static_cast<std::size_t>(kind.nodes)));
     for (const int at : order(k)) {
       const Index node = nodes[static_cast<std::size_t>(begin + at)];
       if (node < 0 || node >= head_.n_points)
@@ -137,6 +146,13 @@ class VtuReader {
 };
 
 }  // namespace
+
+double vtu_bytes(const SideFile& file) {
+  // Each array as bytes, as numbers and in the tables; cells have some eight nodes.
+  constexpr double point = 3 * sizeof(Vec<3>), cell = 10 * (2 * sizeof(Index) + sizeof(Local));
+  const VtuHead head = plausible_head(file);
+  return point * static_cast<double>(head.n_points) + cell * static_cast<double>(head.n_cells);
+}
 
 FileElements read_vtu(const SideFile& file) {
   return VtuReader(file).read();

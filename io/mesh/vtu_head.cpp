@@ -23,29 +23,21 @@ class Tags {
 
   /// False at the end of the file.
   bool next(Tag& tag) {
-    char c;
-    do {
-      if (!in_.get(c)) return false;
-    } while (c != '<');
-    tag = {};
-    tag.begin = in_.offset() - 1;
-    std::string text;
-    char quote = 0;
     while (true) {
-      if (!in_.get(c) || text.size() > longest)
-        fail_vtu(file_, fmt::format("the file ends within a tag, '<{}': it is cut short",
-                                    text.substr(0, 20)));
-      if (c == '>' && quote == 0) break;
-      if (c == quote)
-        quote = 0;
-      else if (quote == 0 && (c == '"' || c == '\''))
-        quote = c;
-      text += c;
+      char c;
+      do {
+        if (!in_.get(c)) return false;
+      } while (c != '<');
+      tag = {};
+      tag.begin = in_.offset() - 1;
+      const std::string text = rest_of_tag();
+      tag.end = in_.offset();
+      if (!text.starts_with("!--") || text.ends_with("--")) {
+        parse(text, tag);
+        return true;
+      }
+      if (!skip_comment()) return false;
     }
-    tag.end = in_.offset();
-    if (text.starts_with("!--") && !text.ends_with("--")) return skip_comment() && next(tag);
-    parse(text, tag);
-    return true;
   }
   /// The first character that is this one behind here; -1 at the end.
   Index find(char wanted) {
@@ -56,6 +48,22 @@ class Tags {
   }
 
  private:
+  /// From behind "<" to before ">", which quotes may hold, too.
+  std::string rest_of_tag() {
+    std::string text;
+    char quote = 0, c;
+    while (true) {
+      if (!in_.get(c) || text.size() > longest)
+        fail_vtu(file_, fmt::format("the file ends within a tag, '<{}': it is cut short",
+                                    text.substr(0, 20)));
+      if (c == '>' && quote == 0) return text;
+      if (c == quote)
+        quote = 0;
+      else if (quote == 0 && (c == '"' || c == '\''))
+        quote = c;
+      text += c;
+    }
+  }
   bool skip_comment() {
     std::string last;
     char c;
@@ -120,7 +128,8 @@ class HeadReader {
     Index value = -1;
     const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || rest != text.data() + text.size() || value < 0)
-      fail_vtu(file_, fmt::format("{} must be a non-negative integer, found '{}'", what, text));
+      fail_vtu(file_, fmt::format("{} must be a non-negative integer, found '{}'", what,
+                                  text.substr(0, 40)));
     return value;
   }
   void read_file(Tag& tag) {

@@ -67,6 +67,18 @@ void ScenarioBuilder<Dim>::build_element_mesh(const JsonValue& mesh, const SideF
   phase(fmt::format("'{}'", file.name));
   ElementMesh<Dim> read;
   const std::size_t before = in_.problems.count();
+  double bytes = 0;
+  by_the_first(team_, in_.problems, [&](ProblemList& problems) {
+    try {
+      bytes = bytes_to_read(file);
+    } catch (const InputError& error) {
+      report(error, file.name, problems);
+    }
+  });
+  if (in_.problems.count() != before) return;
+  bytes = team_.most({bytes}).front();
+  need_memory(*mesh.find("mesh"), bytes, fmt::format("reading '{}'", file.name));
+  memory_ -= bytes;
   by_the_first(team_, in_.problems, [&](ProblemList& problems) {
     try {
       read = mesh_of<Dim>(read_element_file(file), file.name, problems);

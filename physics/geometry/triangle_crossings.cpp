@@ -84,6 +84,7 @@ class TriangleTree::CrossingSearch {
 
   /// What is in child k of a node against what is in child l of another.
   void between(const Node& a, int k, const Node& b, int l) {
+    if (found_.count == TriangleCrossings::most) return;
     for (int d = 0; d < 3; ++d)
       if (!(a.low[d][k] <= b.high[d][l] && b.low[d][l] <= a.high[d][k])) return;
     const bool a_ends = a.count[k] > 0, b_ends = b.count[l] > 0;
@@ -128,6 +129,7 @@ class TriangleTree::CrossingSearch {
   }
 
   void add(Local s, Local t, const Vec<3>& at) {
+    if (found_.count == TriangleCrossings::most) return;
     if (found_.count++ == 0) found_.first = s, found_.second = t, found_.at = at;
   }
 

@@ -163,14 +163,18 @@ std::vector<int> nesting_depths(const Triangles& triangles, const TriangleShells
   std::vector<Vec<2>> places;
   for (const Index t : widest) places.emplace_back(triangles.centre(t).head<2>());
   const Lines lines(std::move(places));
+  // Lines meet few triangles each unless shells lie within each other by thousands.
+  const std::size_t most_meetings = std::max(std::size_t{1} << 24, 64 * triangles.corners.size());
   std::vector<Meeting> meetings;
   for (Index t = 0; t < n; ++t) {
     const Vec<3>&a = triangles.point(t, 0), &b = triangles.point(t, 1), &c = triangles.point(t, 2);
     const Vec<3> least = a.cwiseMin(b).cwiseMin(c), most = a.cwiseMax(b).cwiseMax(c);
     lines.within(least.head<2>(), most.head<2>(), [&](Local line) {
       const double z = height_at(triangles, t, lines.place(line));
-      if (!std::isnan(z)) meetings.push_back({line, shells.of[static_cast<std::size_t>(t)], z});
+      if (!std::isnan(z) && meetings.size() <= most_meetings)
+        meetings.push_back({line, shells.of[static_cast<std::size_t>(t)], z});
     });
+    if (meetings.size() > most_meetings) return {};
   }
   std::sort(meetings.begin(), meetings.end(), [](const Meeting& a, const Meeting& b) {
     if (a.line != b.line) return a.line < b.line;

@@ -20,7 +20,8 @@ std::vector<double> shell_volumes(const Triangles& triangles, const TriangleShel
 
 /// How many other shells each one lies within; shells must be closed and not cross. By a line
 /// along z through the widest triangle of a shell: the time is that of sorting triangles, and of
-/// what these lines meet.
+/// what these lines meet. Empty where they meet too many to be kept, which shells do that lie
+/// within each other or cross by thousands.
 std::vector<int> nesting_depths(const Triangles& triangles, const TriangleShells& shells);
 
 /// Turns over the triangles of shells that are marked.

@@ -11,6 +11,7 @@ namespace lahar {
 
 /// Pairs of triangles of which an edge of one passes through the inside of the other.
 struct TriangleCrossings {
+  static constexpr Index most = 1'000'000;  ///< the search ends with so many
   Index count = 0;
   Local first = -1, second = -1;  ///< triangles of the first pair, in the order of the tree
   Vec<3> at = Vec<3>::Zero();     ///< [m] where they cross

@@ -55,6 +55,15 @@ TEST_CASE("all parts of a message are safe: file, place, text and hint") {
   CHECK(text == "\\x1b: error: key 'a\\nb\\x1b' [/a\\x1b]\n  hint: \\x1b\\n\n");
 }
 
+TEST_CASE("words of any length are cut where a message quotes them") {
+  const std::string word(std::size_t{1} << 20, '9');
+  const std::string text =
+      format_problems({{.file = "a.stl", .message = "found '" + word + "'", .hint = word}});
+  CHECK(text.size() < 10000);
+  CHECK(text.starts_with("a.stl: error: found '9999"));
+  CHECK(text.find("9 ...\n  hint: 9") != std::string::npos);
+}
+
 TEST_CASE("names of a scenario are escaped in what is said of them") {
   std::string said;
   try {

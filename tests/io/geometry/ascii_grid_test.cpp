@@ -53,6 +53,17 @@ TEST_CASE("words that are no numbers are named with their line") {
         "line 1 of 'a.asc' has 'three' in place of a number of cells");
 }
 
+TEST_CASE("the head of a grid has finite numbers, each once") {
+  for (const std::string word : {"nan", "inf", "-NaN"})
+    CHECK(said("ncols 3\nnrows 2\nxllcorner " + word + "\n") ==
+          "line 3 of 'a.asc' has '" + word + "', which is not a number");
+  CHECK(said("ncols 3\nnrows 2\nNODATA_value nan\n1 2 3 4 5 6\n") == "");
+  CHECK(said("ncols 3\nncols 2\nnrows 2\n1 2 3 4 5 6\n") ==
+        "line 2 of 'a.asc' has a second 'ncols'");
+  CHECK(said("ncols 9000000000000000000\nnrows 9000000000000000000\n1 2\n") ==
+        "line 1 of 'a.asc' has '9000000000000000000' in place of a number of cells");
+}
+
 TEST_CASE("grids have as many values as columns times rows") {
   CHECK(said(head + "1 2 3\n4 5\n") ==
         "'a.asc' ends after 5 values; its 3 columns and 2 rows take 6");

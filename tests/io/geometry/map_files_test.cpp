@@ -2,9 +2,11 @@
 #include "io/geometry/map_files.h"
 
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -301,4 +303,101 @@ TEST_CASE("files that have no simple polygons in metres are refused") {
         "feature 0 of 'line.geojson' is a MULTILINESTRING, not a polygon ()");
   const std::string cut = geojson({{{{0, 0}, {9, 0}, {9, 9}}}});
   CHECK(said(folder.write("cut.geojson", cut.substr(0, cut.size() - 20))) != "accepted");
+}
+
+TEST_CASE("maps do not lead to other files or into the net") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  folder.write("dem.tif", geotiff(plane_grid(4, 3, 10, 40, 0.1)));
+  const std::string virtual_raster =
+      R"(<VRTDataset rasterXSize="4" rasterYSize="3"><GeoTransform>10,0.1,0,40.3,0,-0.1</GeoTransform>
+<VRTRasterBand dataType="Float32" band="1"><SimpleSource>
+<SourceFilename relativeToVRT="1">dem.tif</SourceFilename></SimpleSource></VRTRasterBand></VRTDataset>)";
+  const std::string service =
+      R"(<GDAL_WMS><Service name="TMS"><ServerUrl>http://127.0.0.1:9/${z}/${x}/${y}.png</ServerUrl>
+</Service><DataWindow><UpperLeftX>0</UpperLeftX><UpperLeftY>4</UpperLeftY><LowerRightX>4</LowerRightX>
+<LowerRightY>0</LowerRightY><TileLevel>2</TileLevel></DataWindow><BandsCount>1</BandsCount></GDAL_WMS>)";
+  for (const std::string& text : {virtual_raster, service})
+    CHECK(complaint([&] {
+            const Raster raster({folder.write("other.tif", text)});
+          }).find("GDAL cannot read a raster from 'other.tif'") == 0);
+  const std::string layer = R"(<OGRVRTDataSource><OGRVRTLayer name="a">
+<SrcDataSource>/etc/hosts</SrcDataSource></OGRVRTLayer></OGRVRTDataSource>)";
+  CHECK(complaint([&] {
+          read_polygons(folder.write("other.geojson", layer), "");
+        }).find("GDAL cannot read polygons from 'other.geojson'") == 0);
+}
+
+TEST_CASE("files beside a map that may have no end are refused before GDAL waits for them") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  const MapFile grid = folder.write("dem.asc", ascii_grid(plane_grid(4, 3, 10, 40, 0.1)));
+  const Shapefile files = shapefile({{{{0, 0}, {0, 8}, {8, 8}}}});
+  const MapFile shape = folder.write("area.shp", files.shp);
+  folder.write("area.shx", files.shx);
+  const fs::path beside = fs::path(grid.path).parent_path();
+  REQUIRE(::mkfifo((beside / "dem.prj").c_str(), 0600) == 0);
+  REQUIRE(::mkfifo((beside / "area.dbf").c_str(), 0600) == 0);
+  CHECK(complaint([&] { const Raster raster({grid}); }) ==
+        "'dem.prj' beside 'dem.asc' is not a regular file (GDAL reads it together with the map; "
+        "remove it)");
+  CHECK(complaint([&] { read_polygons(shape, ""); }).find("'area.dbf' beside 'area.shp' is not") ==
+        0);
+  fs::remove(beside / "dem.prj");
+  folder.write("dem.prj", std::string((1 << 20) + 1, ' '));
+  CHECK(complaint([&] {
+          const Raster raster({grid});
+        }).find("'dem.prj' beside 'dem.asc' has 1.0 MiB; at most 1.0 MiB are read") == 0);
+}
+
+TEST_CASE("rasters and polygons have finite places, and rasters finite values") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  const auto said = [&](const GridSample& grid) {
+    return complaint([&] { const Raster raster({folder.write("dem.tif", geotiff(grid))}); });
+  };
+  CHECK(said(plane_grid(4, 3, 0, 0, 1)) == "accepted");
+  for (const GridSample& grid : {plane_grid(4, 3, unknown, 0, 1), plane_grid(4, 3, 0, 0, 1e308),
+                                 plane_grid(4, 3, 1e300, 0, 1), plane_grid(4, 3, 1, 1, 1e-300)})
+    CHECK(said(grid).find("'dem.tif' has cells of ") == 0);
+  std::string far = geojson({{{{0, 0}, {9, 0}, {9, 9}}}});
+  far.replace(far.find("[9, 0]"), 6, "[1e308, -1e308]");
+  CHECK(complaint([&] { read_polygons(folder.write("far.geojson", far), ""); }) ==
+        "feature 0 of 'far.geojson' has a corner at (1e+308, -1e+308) (coordinates are finite "
+        "numbers of metres)");
+  const auto moved = [&](const std::string& offset) {
+    return complaint([&] {
+      const MapFile file = folder.write("dem.tif", geotiff(plane_grid(4, 3, 0, 0, 1)));
+      folder.write("dem.tif.aux.xml", "<PAMDataset><PAMRasterBand band=\"1\"><Offset>" + offset +
+                                          "</Offset></PAMRasterBand></PAMDataset>");
+      read_surface({file}, {0, 0}, {4, 3}, 1);
+    });
+  };
+  CHECK(moved("100") == "accepted");
+  CHECK(moved("inf").find("'dem.tif' has values that are numbers of the file times 1 plus inf") ==
+        0);
+  CHECK(moved("1e300") == "'dem.tif' has the value 1e+300 (is its scale or offset right?)");
+}
+
+TEST_CASE("cells that a file cannot have, and their memory, are known before they are read") {
+  if (!has_gdal()) return;
+  const Folder folder;
+  std::string text = geotiff(plane_grid(4, 3, 0, 0, 1));
+  // The numbers of columns and rows, and of rows of a strip, of which there is one without data.
+  const std::uint32_t many = 100000, none = 0;
+  std::uint32_t head = 0;
+  std::memcpy(&head, text.data() + 4, sizeof head);
+  for (const std::size_t entry : {0, 1, 7})
+    std::memcpy(text.data() + head + 2 + 12 * entry + 8, &many, sizeof many);
+  for (const std::size_t entry : {5, 8})
+    std::memcpy(text.data() + head + 2 + 12 * entry + 8, &none, sizeof none);
+  const Raster raster({folder.write("sparse.tif", text)});
+  const auto& [low, high] = raster.bounds();
+  CHECK(complaint([&] {
+          static_cast<void>(raster.part(low, high, 10));
+        }).find("'sparse.tif' has 1e+10 cells where the mesh is, but only ") == 0);
+  // Points that are means of 10,000 x 10,000 cells take all of these at once.
+  const Raster::Part part = raster.part(high - Vec<2>(10, 10), high, 1e4);
+  CHECK(part.factor == 10000);
+  CHECK(raster.bytes_at_once(part) > 8e8);
 }

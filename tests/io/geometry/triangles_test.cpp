@@ -312,6 +312,27 @@ R"(a.ply: error: at byte 343: a corner must be one of the 4 vertices, found 100
 )");
 }
 
+TEST_CASE("elements of PLY files that take no bytes take no time, and none is there twice") {
+  const std::string empty = "element nothing 2147483647\n";
+  std::string many;
+  for (int i = 0; i < 1000; ++i) many += empty;
+  CHECK(said_of("a.ply", replaced(ply_binary(), "element face", many + "element face")) == "");
+  CHECK(said_of("a.ply", replaced(ply_binary(), "element face", "element vertex 2000000000\nelement face")) ==
+R"(a.ply: error: the head has two elements 'vertex'
+)");
+}
+
+TEST_CASE("corners of surfaces that are infinitely far away are refused, with the file") {
+  const std::string text = replaced(obj_text, "v 1 0 0", "v 1e200 0 0");
+  CHECK(said_of("a.obj", text) ==
+R"(a.obj: error: a surface has a corner at (1e+200, 0, 0)
+  hint: coordinates, times 'scale' and with 'offset', are finite numbers of metres
+)");
+  ProblemList problems;
+  CHECK_FALSE(read_triangles(file_of("a.obj", obj_text), {.scale = 1e300}, problems));
+  CHECK(problems.count() == 1);
+}
+
 TEST_CASE("surfaces that are not closed, flat, branched or turned are refused as solids") {
   const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   CHECK(said_of_solid(points) ==

@@ -247,6 +247,16 @@ R"(mesh:7: error: expected a dimension, a number and a name in quotes, found '1 
 )");
 }
 
+TEST_CASE("entities of Gmsh files that are in very many physical groups are refused") {
+  const std::string v4 = gmsh_file("t3-41a");
+  std::string groups;
+  for (int g = 0; g < 101; ++g) groups += fmt::format(" {}", g + 1);
+  const std::string surface = "1 0 0 0 2 1 0 1 2";
+  REQUIRE(v4.find(surface) != v4.npos);
+  CHECK(refusal(replaced(v4, surface, "1 0 0 0 2 1 0 101" + groups)).find(
+      "entity 1 of dimension 2 is in 101 physical groups; at most 100 are read") != std::string::npos);
+}
+
 TEST_CASE("binary Gmsh files cut short, with wild counts or in another byte order are refused") {
   for (const char* name : {"t3-22b", "t3-41b"}) {
     const std::string good = gmsh_file(name);

@@ -316,3 +316,70 @@ TEST_CASE("VTU files that are cut short or damaged are refused in every encoding
             "has a character that is not of base 64") != std::string::npos);
 }
 // clang-format on
+
+namespace {
+
+/// A file whose points are in compressed blocks with this header.
+std::string compressed_points(std::size_t points, const std::vector<std::uint64_t>& header,
+                              const std::string& blocks) {
+  return fmt::format(
+      R"(<VTKFile type="UnstructuredGrid" header_type="UInt64" compressor="vtkZLibDataCompressor">
+<UnstructuredGrid><Piece NumberOfPoints="{}" NumberOfCells="1"><Points>
+<DataArray type="Float64" Name="x" NumberOfComponents="3" format="binary">{}{}</DataArray>
+</Points></Piece></UnstructuredGrid></VTKFile>
+)",
+      points, base64(bytes_of(header)), base64(blocks));
+}
+
+std::string packed(std::size_t bytes) {
+  const std::string zeros(bytes, '\0');
+  uLongf size = ::compressBound(bytes);
+  std::string block(size, '\0');
+  ::compress(reinterpret_cast<Bytef*>(block.data()), &size,
+             reinterpret_cast<const Bytef*>(zeros.data()), bytes);
+  return block.substr(0, size);
+}
+
+}  // namespace
+
+TEST_CASE("blocks of VTU files have as many bytes as their array, whatever they claim") {
+  constexpr std::uint64_t n = 24000;
+  const std::string block = packed(n);
+  const auto refused = [](const std::string& text) {
+    return refusal(text) == "mesh.vtu: error: the compressed array 'x' is damaged or cut short\n";
+  };
+  CHECK(refusal(compressed_points(n / 24, {1, n, 0, block.size()}, block)) ==
+        "mesh.vtu: error: the cells have no array 'types'\n");
+  // 39 blocks and a last one whose size makes the sum right in 64 bits.
+  std::vector<std::uint64_t> header{40, n, n - 39 * n};
+  header.insert(header.end(), 40, block.size());
+  std::string blocks;
+  for (int i = 0; i < 40; ++i) blocks += block;
+  CHECK(refused(compressed_points(n / 24, header, blocks)));
+  // Products are beyond 64 bits, too.
+  CHECK(refused(compressed_points(n / 24, {(1ULL << 60) + 1, 16, n - 16}, block)));
+  // None at all, and more than zlib makes of the file.
+  CHECK(refused(compressed_points(n / 24, {0, 0, n}, "")));
+  CHECK(refused(compressed_points(200000, {1, 4800000, 0, block.size()}, block)));
+}
+
+TEST_CASE("comments of VTU files, in any number, are skipped") {
+  std::string many;
+  for (int i = 0; i < 200000; ++i) many += "<!-- > -->";
+  CHECK(refusal(replaced(grid_file<2>(Element::Q4, Way::ascii), "<UnstructuredGrid>",
+                         many + "<UnstructuredGrid>")) == "accepted");
+}
+
+TEST_CASE("numbers of VTU files beyond what they may be are refused") {
+  const std::string raw = grid_file<2>(Element::Q4, Way::raw);
+  for (const char* offset : {"9223372036854775807", "5000"})
+    CHECK(refusal(replaced(raw, "offset=\"0\"", fmt::format("offset=\"{}\"", offset))) ==
+          "mesh.vtu: error: the array 'left' begins behind the end of the file\n");
+  const std::string ascii = grid_file<2>(Element::Q4, Way::ascii);
+  // In 32 bits it is a quadrilateral.
+  CHECK(refusal(replaced(ascii, "9\n9\n9\n9", "9\n9\n9\n4294967305")) ==
+        "mesh.vtu: error: cell 3 is of type 4294967305, which is not read\n");
+  CHECK(refusal(replaced(ascii, "4\n8\n12\n16", "4\n-9223372036854775808\n12\n16")) ==
+        "mesh.vtu: error: cell 1 ends with node -9223372036854775808 of 16, and the one before "
+        "with 4\n");
+}

@@ -134,6 +134,23 @@ TEST_CASE("the element of a Gmsh mesh is the file's") {
   CHECK(says(read.full, "\"cell_type\": \"ED2T3\""));
 }
 
+TEST_CASE("a VTU mesh that takes more memory than there is is refused before it is read") {
+  const Folder folder;
+  folder.write("slope.msh", R"(<VTKFile type="UnstructuredGrid"><UnstructuredGrid>
+<Piece NumberOfPoints="150000" NumberOfCells="100000"></Piece></UnstructuredGrid></VTKFile>
+)");
+  folder.write("case.json", scenario(2));
+  ScenarioOptions options;
+  options.memory = {20e6, "there are 20 MB"};
+  std::string said;
+  try {
+    read_scenario(folder.path / "case.json", options);
+  } catch (const InputError& error) {
+    said = format_problems(error.problems());
+  }
+  CHECK(says(said, "MiB of memory are needed for reading 'slope.msh'; there are 20 MB"));
+}
+
 TEST_CASE("mistakes in sets and cells of Gmsh meshes are said by all members of a team") {
   const std::string mesh = mesh_file("t3-22a");
   CHECK(said_of(mesh, scenario(2, R"(, "entity_sets": "sets.json")")) ==

@@ -113,3 +113,17 @@ TEST_CASE("crossings of a surface with itself are those of all pairs") {
   CHECK(crossings(soup) > 30);
   CHECK(crossings(soup) == crossings_of_all(soup));
 }
+
+TEST_CASE("the search for crossings ends where there are very many") {
+  Triangles sheets;  // 1100 upright ones along x through as many along y
+  const auto put = [&](const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) {
+    const auto first = static_cast<Local>(sheets.points.size());
+    sheets.points.insert(sheets.points.end(), {a, b, c});
+    sheets.corners.push_back({first, first + 1, first + 2});
+  };
+  for (int i = 0; i < 1100; ++i) {
+    put({0.0, 1.0 + i, -1}, {2000, 1.0 + i, -1}, {1000, 1.0 + i, 4000});
+    put({1.0 + i, 0, -2}, {1.0 + i, 2000, -2}, {1.0 + i, 1000, 4000});
+  }
+  CHECK(crossings(sheets) == TriangleCrossings::most);
+}

@@ -187,3 +187,10 @@ TEST_CASE("depths of many closed surfaces follow from their place, in any order"
   for (std::size_t s = 0; s < n * n * n; ++s) CHECK(depths[s] == (s < 5 * n * n ? 1 : 0));
   CHECK(depths.back() == 0);
 }
+
+TEST_CASE("depths of closed surfaces that lie within each other by thousands are not found") {
+  Triangles all;
+  for (int i = 0; i < 4200; ++i)
+    add(all, box_of_triangles(Vec<3>::Constant(-1 - 1e-3 * i), Vec<3>::Constant(1 + 1e-3 * i)));
+  CHECK(nesting_depths(all, shells_of(edges_of(all))).empty());
+}
