@@ -19,6 +19,8 @@ std::string Mutator::mutate(const std::string& input, Form form,
       made = mutate_bundle(made, other, random);
     else if (form == Form::sections && !one_in(16, random))
       made = mutate_sections(made, other, random);
+    else if (form == Form::formats)
+      made = mutate_formats(made, other, random);
     else if (form == Form::bytes && one_in(2, random))
       made = mutate_text(std::move(made), random);
     else

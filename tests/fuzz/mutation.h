@@ -26,6 +26,10 @@ class Mutator {
                             Random& random) const;
   std::string mutate_sections(const std::string& input, const std::string& other,
                               Random& random) const;
+  std::string mutate_formats(const std::string& input, const std::string& other,
+                             Random& random) const;
+  std::string mutate_file(const std::string& ending, std::string text, const std::string& other,
+                          Random& random) const;
   std::string mutate_json(const std::string& text, const std::string& other, Random& random) const;
   std::string mutate_text(std::string text, Random& random) const;
   std::string mutate_words(std::string text, Random& random) const;

@@ -39,8 +39,7 @@ using namespace lahar::fuzz;
 namespace fs = std::filesystem;
 
 constexpr int most_seconds = 20;  // of processor time: others may want the processor, too
-/// The address space: more than any of these inputs asks for.
-constexpr rlim_t most_memory = rlim_t{6} << 30;
+rlim_t most_memory = 0;           // of the target
 constexpr std::size_t most_bytes = std::size_t{1} << 20;  // of an input
 
 std::string failure_file;
@@ -270,6 +269,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   const Target& chosen = target(words[0]);
+  most_memory = chosen.memory;
   failure_file = "fuzz-" + std::string(chosen.name) + "-failure";
 #if !defined(__SANITIZE_ADDRESS__)
   const rlimit memory{most_memory, most_memory};

@@ -11,6 +11,7 @@
 #include "runtime/program/material_command.h"
 #include "runtime/step/simulation.h"
 #include "tests/fuzz/accepted.h"
+#include "tests/fuzz/case_folder.h"
 #include "tests/fuzz/targets.h"
 
 namespace lahar::fuzz {
@@ -62,39 +63,6 @@ bool takes_long(const std::string& scenario) {
                  : of("extent", d) / std::max(of("cell_size", d), 1e-300);
   return cells > most;
 }
-
-/// A name in the folder of the case, wherever it wants to lead.
-fs::path place_of(const fs::path& folder, const std::string& name) {
-  fs::path place = folder;
-  for (const fs::path& part : fs::path(name).relative_path())
-    if (part != ".." && part != "." && !part.empty()) place /= part;
-  return place;
-}
-
-/// Writes the side files of a bundle; they go with it.
-class CaseFolder {
- public:
-  explicit CaseFolder(const std::vector<BundledFile>& files) : folder_(work_folder() / "case") {
-    for (std::size_t k = 1; k < files.size(); ++k) {
-      const fs::path file = place_of(folder_, files[k].name);
-      std::error_code error;
-      fs::create_directories(file.parent_path(), error);
-      if (!error) write(file, files[k].text);
-      written_ = true;
-    }
-  }
-  ~CaseFolder() {
-    std::error_code error;
-    if (written_) fs::remove_all(folder_, error);
-  }
-  CaseFolder(const CaseFolder&) = delete;
-  CaseFolder& operator=(const CaseFolder&) = delete;
-  const fs::path& folder() const { return folder_; }
-
- private:
-  fs::path folder_;
-  bool written_ = false;
-};
 
 void read_and_run(Bytes input, bool as_cbgeo) {
   const std::vector<BundledFile> files = unbundle(text_of(input));

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "io/geometry/map_files.h"
 #include "physics/base/error.h"
 
 namespace lahar::fuzz {
@@ -18,6 +19,9 @@ namespace fs = std::filesystem;
 std::vector<Seed> none() {
   return {};
 }
+
+/// For readers that take memory by what a file says: much less than it may say [bytes].
+constexpr std::uint64_t small_memory = std::uint64_t{3} << 29;
 
 constexpr Target all[] = {
     {"scenario", "scenario files with their side files, read, and run for some steps", Form::bundle,
@@ -34,6 +38,10 @@ constexpr Target all[] = {
     {"cbgeo", "particle files of CB-Geo MPM, HDF5", Form::bytes, run_cbgeo, cbgeo_seeds},
     {"trace", "traces of one and several ranks, analysed and replayed", Form::sections, run_trace,
      trace_seeds},
+    {"geometry", "triangles, rasters and polygons, alone and in a scenario", Form::formats,
+     run_geometry, none, small_memory},
+    {"mesh", "meshes of Gmsh and VTU files, alone and in a scenario", Form::formats, run_mesh,
+     mesh_seeds, small_memory},
     {"network", "networks for replays", Form::bundle, run_network, none},
     {"bench", "results of `lahar bench`", Form::bundle, run_bench, bench_seeds},
 };
@@ -50,6 +58,12 @@ void remove_abandoned(const fs::path& base) {
     if (!process.empty() && !fs::exists(fs::path("/proc") / process, error) && !error)
       fs::remove_all(entry.path(), error);
   }
+}
+
+/// Whether a build without GDAL cannot read it.
+bool is_map(const std::string& name) {
+  return name.ends_with(".asc") || name.ends_with(".tif") || name.ends_with(".geojson") ||
+         name.ends_with(".shp");
 }
 
 struct Cleaner {
@@ -81,6 +95,7 @@ std::vector<Seed> corpus(const Target& target) {
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
     const std::string name = file.filename().string();
+    if (is_map(name) && !has_gdal()) continue;
     inputs.push_back({name, contents(file), !name.starts_with("refused-")});
   }
   return inputs;

@@ -22,6 +22,7 @@ enum class Form {
   bundle,    ///< several files, of which the first is JSON
   bytes,     ///< one file of any kind
   sections,  ///< sections.h
+  formats,   ///< several files, of which each is changed as its ending says
 };
 
 struct Seed {
@@ -35,6 +36,8 @@ struct Target {
   Form form;
   void (*run)(Bytes input);
   std::vector<Seed> (*seeds)();  ///< besides those in corpus/NAME
+  /// [bytes] of address space, more than any of these inputs asks for.
+  std::uint64_t memory = std::uint64_t{6} << 30;
 };
 
 std::span<const Target> targets();
@@ -88,6 +91,9 @@ void run_restart(Bytes input);
 std::vector<Seed> restart_seeds();
 void run_folder(Bytes input);
 std::vector<Seed> folder_seeds();
+void run_geometry(Bytes input);
+void run_mesh(Bytes input);
+std::vector<Seed> mesh_seeds();
 void run_network(Bytes input);
 void run_bench(Bytes input);
 std::vector<Seed> bench_seeds();
