@@ -230,9 +230,12 @@ class ScenarioBuilder {
   void weigh(const JsonValue& entry, RigidBody<Dim>& body);
   void turn_around_axis(const JsonValue& entry, RigidBody<Dim>& body);
   Vec<Dim> centre_of(const SolidMoments<Dim>& moments) const;  ///< on the axis, if there is one
-  bool prescribes_pressure();  ///< other than 0, at nodes; collective
-  void check_rigid_bodies();   ///< after the analysis and the particles; collective
+  bool prescribes_pressure();    ///< other than 0, at nodes; collective
+  void find_pressures_inside();  ///< NodePressure::inside; after the analysis; collective
+  void check_rigid_bodies();     ///< after the analysis and the particles; collective
   void check_overlap_of_bodies();
+  std::pair<double, Vec<Dim>> depth_below_surface(const Solid<Dim>& solid, const Vec<Dim>& x,
+                                                  double most) const;
   void find_reaches();
   // scenario_contact.cpp
   void build_contact();
@@ -246,6 +249,8 @@ class ScenarioBuilder {
                      NewParticles<Dim> fresh);
   // scenario_layers.cpp
   std::optional<int> parts_of_cell(const JsonValue& generator);
+  /// Whether cells that the region cuts have exact volumes, if the mesh can.
+  static bool wants_exact_cuts(const JsonValue& generator, const Region<Dim>& region);
   CutCells cut_cells_of(const JsonValue& generator, const Region<Dim>& region);
   void warn_of_rounded_volume(const JsonValue& generator, const JsonValue& shape,
                               const Region<Dim>& region, const NewParticles<Dim>& made);
@@ -453,11 +458,9 @@ class ScenarioBuilder {
   /// not in the row. Collective.
   std::vector<Index> thin_rows(const std::vector<Index>& places,
                                const std::function<bool(Index)>& is_in_row) const;
-  /// The places of `thin` with particles in a cell around them, or in all cells. Ascending;
-  /// collective.
-  std::vector<Index> rows_in_material(const std::vector<Index>& thin, bool all_cells) const;
+  /// The places of `thin` with particles in a cell around them. Ascending; collective.
+  std::vector<Index> rows_in_material(const std::vector<Index>& thin) const;
   void warn_of_thin_supports();
-  void warn_of_thin_drains();
   // scenario_doubts_loads.cpp
   void warn_of_lost_loads();
   void warn_of_forces_on_nothing();

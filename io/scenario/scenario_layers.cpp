@@ -54,11 +54,17 @@ std::optional<int> ScenarioBuilder<Dim>::parts_of_cell(const JsonValue& generato
   return std::nullopt;
 }
 
+template <int Dim>
+bool ScenarioBuilder<Dim>::wants_exact_cuts(const JsonValue& generator, const Region<Dim>& region) {
+  const JsonValue* given = generator.find("cut_cells");
+  return given ? given->as<std::string>() == "exact" : region.cuts_exactly();
+}
+
 /// What particles of parts get that the boundary of a region cuts.
 template <int Dim>
 CutCells ScenarioBuilder<Dim>::cut_cells_of(const JsonValue& generator, const Region<Dim>& region) {
   const JsonValue* given = generator.find("cut_cells");
-  const bool exact = given ? given->as<std::string>() == "exact" : region.cuts_exactly();
+  const bool exact = wants_exact_cuts(generator, region);
   if (!exact || mesh_->is_multilinear()) return exact ? CutCells::exact : CutCells::centres;
   const std::string what =
       fmt::format("cells that the region cuts have exact volumes only in meshes of {}",

@@ -9,6 +9,8 @@
 #include "io/scenario/scenario_builder.h"
 #include "physics/geometry/solid_samples.h"
 #include "physics/model/body_overlap.h"
+#include "physics/model/contact_rows.h"
+#include "physics/model/transfer_options.h"
 
 namespace lahar {
 
@@ -249,7 +251,12 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
         "\"mpm_scheme\": \"usl\", whose strains come from nodes with hardly any mass that "
         "contact accelerates",
         "take musl, the default, or usf");
-  if (a.two_phase) refuse("a liquid in pores", "take walls of nodes");
+  if (a.two_phase && a.free_bodies)
+    refuse("a liquid in pores where forces move them",
+           "give 'velocity' in place of 'density' and 'mass'");
+  if (a.two_phase && !is_implicit(a) && !is_projection(a) && !has_nodal_porosity(a))
+    refuse("a liquid in pores but with musl, the default, as the porosity of nodes is needed",
+           "take musl without the preset cbgeo");
   if (model_.mesh && info(model_.mesh->element()).order > 1)
     refuse("elements of second order", "take linear elements, GIMP or splines");
   if (team_.any(!in_.problems.empty())) return;
@@ -257,27 +264,59 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
   find_reaches();
 }
 
+/// How deep [m] x is below the surface of what fills `solid`, and the normal there: the nearest, or
+/// where a body bounds it along rows of particles, no more than `most` away.
+template <int Dim>
+std::pair<double, Vec<Dim>> ScenarioBuilder<Dim>::depth_below_surface(const Solid<Dim>& solid,
+                                                                      const Vec<Dim>& x,
+                                                                      double most) const {
+  const auto near = solid.nearest(x);
+  std::pair<double, Vec<Dim>> found(-near.distance, near.normal);
+  if (found.first > most) return found;
+  for (const RigidBody<Dim>& body : model_.rigid_bodies) {
+    const bool is_there = body.stays() || in_.stage.empty();  // later stages may have moved it
+    if (!is_there || body.solid->is_beyond(x, most)) continue;
+    const auto at = body.solid->nearest(x);
+    if (!is_along_axis<Dim>(at.normal) || !(at.distance > found.first)) continue;
+    const Vec<Dim> there = x - at.distance * at.normal;
+    if (solid.nearest(there).distance <= region_tolerance_) found = {at.distance, -at.normal};
+  }
+  return found;
+}
+
 /// Where a generator fills a region, its surface is known better than from the volumes of
 /// particles: a disc then rolls as if it were round.
 template <int Dim>
 void ScenarioBuilder<Dim>::find_reaches() {
-  std::vector<SolidPtr<Dim>> solids;
-  for (const auto& generator : generators_) {
-    const JsonValue* region = generator.generator->find("region");
+  struct Filled {
+    SolidPtr<Dim> solid;  // null: no region
+    bool has_slivers;     // where its surface cuts cells
+  };
+  std::vector<Filled> all;
+  for (const GeneratorRows& rows : generators_) {
+    all.push_back({nullptr, false});
+    const JsonValue* shape = rows.generator->find("region");
+    if (!shape) continue;
     ProblemList reported;  // they were, when the particles were made
-    solids.push_back(
-        region ? Region<Dim>(*region, region_tolerance_, in_.document, reported, geometry_).solid()
-               : nullptr);
+    const Region<Dim> region(*shape, region_tolerance_, in_.document, reported, geometry_);
+    all.back() = {region.solid(),
+                  wants_exact_cuts(*rows.generator, region) && mesh_->is_multilinear()};
   }
   auto& p = model_.particles;
   p.reach.assign(p.x.size(), 0.0);
+  p.extent.assign(p.x.size(), 0.0);
   for_own_particles([&](std::size_t g, std::size_t i) {
-    if (!solids[g]) return;
+    const auto& [solid, has_slivers] = all[g];
+    if (!solid) return;
     const double section = p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
     const double half = 0.5 * std::pow(section, 1.0 / Dim);
-    const double depth = -solids[g]->nearest(p.x[i]).distance;
+    const auto [depth, normal] = depth_below_surface(*solid, p.x[i], 2 * half);
+    const bool in_row = is_along_axis<Dim>(normal), behind = in_row && has_slivers;
     // Further inside a particle is as large as its volume.
-    p.reach[i] = depth > 2 * half ? half : std::max(depth, 1e-6 * half);
+    const double first_row = (behind ? behind_sliver : 2.0) * half;
+    p.reach[i] = depth > first_row ? half : std::max(depth, 1e-6 * half);
+    // Parts of cells that count as a whole end where their volume does.
+    p.extent[i] = in_row && !has_slivers ? half : p.reach[i];
   });
 }
 

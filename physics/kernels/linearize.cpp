@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "physics/basis/any_basis.h"
+#include "physics/kernels/contact_push.h"
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/implicit_walls.h"
 #include "physics/kernels/kernels.h"
@@ -94,6 +95,19 @@ struct CellSystem {
             matrix[Dim * i + a][Dim * j + b] += N[i] * N[j] * contact.stiffness(a, b);
       }
     }
+  }
+
+  /// A force on node i.
+  void add_force(int i, const Vec<Dim>& f) {
+    for (int a = 0; a < Dim; ++a) force[Dim * i + a] -= f[a];
+  }
+
+  /// A force on node i that falls by `k` [N/m] with the motion along n of a particle with these
+  /// functions.
+  void add_stiffness(int i, const Vec<Dim>& k, const double (&N)[Nodes], const Vec<Dim>& n) {
+    for (int a = 0; a < Dim; ++a)
+      for (int j = 0; j < Nodes; ++j)
+        for (int b = 0; b < Dim; ++b) matrix[Dim * i + a][Dim * j + b] += k[a] * N[j] * n[b];
   }
 
   /// A stiffness `k` [N m] against all gradients of displacement, without a force.
@@ -317,7 +331,28 @@ std::optional<ParticleStiffness> add_particle(Cell& cell, Patch<Dim>& patch,
   return stiffness_of(of_step, wave_modulus(law));
 }
 
-}  // namespace
+/// What takes the pushes on a particle to the end of its material.
+template <int Dim, class Cell, class Basis>
+void add_couples(Cell& cell, const Basis& basis, Patch<Dim>& patch, Local p,
+                 const ImplicitContact<Dim>& contact, const double (&N)[Basis::nodes]) {
+  const double now = contact.share_of_now;
+  if (now < 1.0) {
+    const Particles<Dim>& particles = patch.particles;
+    const auto rows = particles.template rows<contact_components<Dim>>(Column::contact_couple);
+    give_couple<Dim>(basis, p, contact_force<Dim>(particles, p), contact_couple<Dim>(rows, p),
+                     particles.row(Column::contact_extent)[p], [&](int i, const Vec<Dim>& f) {
+                       cell.add_force(i, Vec<Dim>((1.0 - now) * f));
+                     });
+  }
+  for (const auto& push : contact.pushes) {
+    if (!(push.force > 0.0)) continue;
+    patch.system.symmetric = false;  // it goes with the motion of the centre
+    give_shift<Dim>(basis, p, {push.n, push.arm, push.extent}, [&](int i, const Vec<Dim>& w) {
+      cell.add_force(i, Vec<Dim>(now * push.force * w));
+      cell.add_stiffness(i, Vec<Dim>(now * push.stiffness * w), N, push.n);
+    });
+  }
+}
 
 /// Contact of the particles of a bin with rigid bodies.
 template <int Dim, class Cell, class Basis>
@@ -336,8 +371,11 @@ void add_contact(Cell& cell, const Basis& basis, Patch<Dim>& patch, const StepCo
     double N[Basis::nodes];
     for (int i = 0; i < Basis::nodes; ++i) N[i] = functions[i][0];
     cell.add_contact(contact, N);
+    add_couples(cell, basis, patch, p, contact, N);
   }
 }
+
+}  // namespace
 
 template <int Dim>
 void clear_system(Patch<Dim>& patch, const StepContext<Dim>& step) {

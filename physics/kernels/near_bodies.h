@@ -19,7 +19,10 @@ template <int Dim>
 class Bodies {
  public:
   Bodies(const Patch<Dim>& patch, const StepContext<Dim>& step)
-      : bodies_(step.model->rigid_bodies), at_(patch.placements), analysis_(step.model->analysis) {}
+      : Bodies(*step.model, patch.placements) {}
+  /// `at`: where they are; it must live as long as this.
+  Bodies(const Model<Dim>& model, const std::vector<Placement<Dim>>& at)
+      : bodies_(model.rigid_bodies), at_(at), analysis_(model.analysis) {}
   std::size_t size() const { return bodies_.size(); }
   const RigidBody<Dim>& operator[](std::size_t k) const { return bodies_[k]; }
   const Placement<Dim>& at(std::size_t k) const { return at_[k]; }

@@ -204,15 +204,15 @@ struct SidePush {
   Vec<Dim> offset = Vec<Dim>::Zero();  ///< [m] of the surface; both along the axis
   int axis = 0;
 
-  /// From the force of contact and its couple (rigid_contact.h). The push acts at the reach of the
-  /// particle, and has the moment of the couple.
-  SidePush(const Vec<Dim>& force, const ContactCouple<Dim>& couple, double reach) {
+  /// From the force of contact and its couple (rigid_contact.h). The push acts at the end of the
+  /// material, `extent` [m] away, and has the moment of the couple.
+  SidePush(const Vec<Dim>& force, const ContactCouple<Dim>& couple, double extent) {
     constexpr double least = 0.9;  // n_axis^2
     const double all = couple.diagonal().maxCoeff(&axis), of_all = couple.trace();
     if (!(all > least * of_all && all <= (1.0 + 1e-9) * of_all)) return;
     const double along = force.dot(couple.col(axis));
     if (along == 0.0) return;
-    const double t = (all / of_all - least) / (1.0 - least), out = along > 0.0 ? reach : -reach;
+    const double t = (all / of_all - least) / (1.0 - least), out = along > 0.0 ? extent : -extent;
     share = t * t * (3.0 - 2.0 * t);
     push[axis] = share * all / out;
     offset[axis] = -out;
@@ -245,7 +245,7 @@ void add_contact_couples(const Basis& basis, const ParticleBin& bin, const Local
       ContactCouple<Dim> C = contact_couple<Dim>(rows, p);
       if constexpr (TensorBasis<Basis>)
         if (const SidePush<Dim> side(contact_force<Dim>(particles, p), C,
-                                     particles.row(Column::contact_reach)[p]);
+                                     particles.row(Column::contact_extent)[p]);
             side.share > 0.0) {
           side.take_from(C);
           give_shift_to_side<Dim>(basis, p, side, [&](int i, double shift) {

@@ -8,9 +8,10 @@
 #include "physics/base/pack_bits.h"
 #include "physics/basis/any_basis.h"
 #include "physics/basis/nodal_fields.h"
-#include "physics/kernels/near_bodies.h"
+#include "physics/kernels/contact_push.h"
+#include "physics/kernels/contact_springs.h"
+#include "physics/kernels/liquid_contact.h"
 #include "physics/kernels/particle_forces.h"
-#include "physics/materials/law.h"
 #include "physics/particles/contact_couple.h"
 #include "physics/particles/loads.h"
 
@@ -18,35 +19,8 @@ namespace lahar {
 
 namespace {
 
-constexpr double damping_ratio = 0.3;  ///< zeta
-constexpr double most_share = 1.5;     ///< of m / dt^2 that k may be
-constexpr double most_of_body = 0.5;   ///< the same of a free body, all its springs together
-constexpr double memory = 1.5;         ///< of couples, in cells that waves pass
-
-/// The edge of a square or a cube.
-template <int Dim>
-double edge_of_box(double volume) {
-  return Dim == 2 ? std::sqrt(volume) : std::cbrt(volume);
-}
-
-/// And one of its sides.
-template <int Dim>
-double side_of_box(double edge) {
-  return Dim == 2 ? edge : edge * edge;
-}
-
-/// A particle where it will be at the end of the step.
-template <int Dim>
-struct Touching {
-  Vec<Dim> x, move;           ///< [m]; the second since the beginning
-  double dt;                  ///< [s]
-  double mass;                ///< [kg]
-  double depth;               ///< [m] of the model there: depth_at()
-  double section, edge, h;    ///< [m^Dim] volume over depth; [m] of a box of it; [m] of the cell
-  double area, reach;         ///< [m^2] of its surface, [m]
-  double stiffness, damping;  ///< k, c
-  double swings, longest;     ///< [kg] that the dashpot damps; [s] the longest step, 0 = any
-};
+constexpr double most_of_body = 0.5;  ///< the same of a free body, all its springs together
+constexpr double memory = 1.5;        ///< of couples, in cells that waves pass
 
 /// What contact does to a particle.
 template <int Dim>
@@ -56,6 +30,7 @@ struct Touched {
   double lost = 0;                                         ///< [J] by sliding and damping
   Eigen::Matrix<double, Dim, Dim> stiffness = Eigen::Matrix<double, Dim, Dim>::Zero();
   bool any = false, slides = false;
+  std::vector<typename ImplicitContact<Dim>::Push>* pushes = nullptr;  ///< get them, or null
 };
 
 /// -d force / d move of contact without dashpots. `shear` is what the springs gave along the
@@ -110,20 +85,6 @@ unsigned which_are_away(const TouchingPack<Dim>& at, unsigned bits, const Bodies
   return bits;
 }
 
-/// The area on which cohesion with a surface of this normal acts [m^2]. It counts once, but
-/// particles may touch that lie behind others. Where rows of particles lie along the surface the
-/// first row has all of it: particles that reach no further than half of their size, or behind a
-/// thin sliver, which then hardly touches. Where the surface cuts rows, those touch that lie in a
-/// layer as thick as a particle: the area is their volume over this thickness.
-template <int Dim>
-double sticky_area(const Touching<Dim>& p, const Vec<Dim>& normal) {
-  constexpr double along_axis = 0.99, behind_sliver = 1.7, whole = 0.95;
-  const double reach = p.reach / (0.5 * p.edge);
-  if (normal.cwiseAbs().maxCoeff() > along_axis) return reach <= behind_sliver ? p.area : 0.0;
-  const double thickness = reach < whole ? std::max(p.edge, 0.5 * p.h) : p.edge;
-  return p.depth * p.section / thickness;
-}
-
 struct Spring {
   double stiffness, damping;  ///< k, c
 };
@@ -161,7 +122,9 @@ void touch(const Touching<Dim>& p, const Bodies<Dim>& bodies, std::size_t k,
   Vec<Dim> shear = rest - rest.dot(near.normal) * near.normal - stiffness * slip;
   const double held = body.cohesion > 0 ? body.cohesion * sticky_area(p, near.normal) : 0.0;
   const double most = push > 0 ? body.friction * push + held : 0.0;
+  const double arm = std::max(0.0, p.extent + gap);
   if (!reactions) add_stiffness<Dim>(all, body, stiffness, near.normal, shear, most);
+  if (all.pushes) all.pushes->push_back({near.normal, arm, p.extent, push, stiffness});
   const double size = shear.norm();
   if (size > most) {
     all.lost += most * (size - most) / stiffness;  // slides by the rest of the spring
@@ -176,86 +139,14 @@ void touch(const Touching<Dim>& p, const Bodies<Dim>& bodies, std::size_t k,
   all.shear += shear;
   const Vec<Dim> force = push * near.normal + shear + drag;
   all.force += force;
-  all.couple += push * std::max(0.0, near.distance) * near.normal * near.normal.transpose();
+  all.couple += push * arm * near.normal * near.normal.transpose();
   if (reactions) (*reactions)[k].template add<Dim>(-force, p.x - bodies.at(k).origin);
-}
-
-template <int Dim>
-struct ContactRows {
-  std::array<double*, Dim> force, shear, x;
-  std::array<double*, contact_components<Dim>> couple;
-  double *reach, *mass;
-  explicit ContactRows(Particles<Dim>& particles)
-      : force(particles.template rows<Dim>(Column::contact_force)),
-        shear(particles.template rows<Dim>(Column::contact_shear)),
-        x(particles.template rows<Dim>(Column::x)),
-        couple(particles.template rows<contact_components<Dim>>(Column::contact_couple)),
-        reach(particles.row(Column::contact_reach)),
-        mass(particles.row(Column::mass)) {}
-};
-
-template <int Dim>
-Vec<Dim> get(const std::array<double*, Dim>& rows, Local p) {
-  Vec<Dim> value;
-  for (std::size_t d = 0; d < Dim; ++d) value[static_cast<int>(d)] = rows[d][p];
-  return value;
-}
-
-template <int Dim>
-void set(const std::array<double*, Dim>& rows, Local p, const Vec<Dim>& value) {
-  for (std::size_t d = 0; d < Dim; ++d) rows[d][p] = value[static_cast<int>(d)];
-}
-
-/// Reach of a particle at x that is seen near a body for the first time. `given`: minus its
-/// distance to the surface of the body that it is part of, or 0. `volume` [m^Dim] of its section.
-template <int Dim>
-double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<Dim>& bodies) {
-  double reach = given < 0 ? -given : 0.5 * edge_of_box<Dim>(volume);
-  for (std::size_t k = 0; k < bodies.size(); ++k)
-    reach = std::min(reach, bodies.nearest(k, x).distance);
-  return std::max(reach, std::numeric_limits<double>::min());
-}
-
-/// What the particles of a bin have in common.
-struct ContactBin {
-  double density, modulus, h;  ///< [kg/m^3], [Pa], [m]
-  const Analysis& analysis;
-};
-
-template <int Dim>
-ContactBin contact_bin(const Patch<Dim>& patch, const StepContext<Dim>& step,
-                       const ParticleBin& bin) {
-  const Material& material = step.model->materials[bin.material];
-  return {.density = material.density,
-          .modulus = material.density * std::pow(wave_speed(material), 2),
-          .h = patch.cell_size[static_cast<std::size_t>(bin.cell)],
-          .analysis = step.model->analysis};
-}
-
-/// The surface by which a particle touches [m^(Dim - 1)]. A particle whose volume a surface has cut
-/// lies flat on it, twice its reach thick.
-template <int Dim>
-double contact_area(double volume, double edge, double reach, double h) {
-  const double flat = std::min(0.5 * volume / reach, side_of_box<Dim>(0.5 * h));
-  return std::max(side_of_box<Dim>(edge), flat);
-}
-
-/// A particle at the beginning of a step.
-template <int Dim>
-void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bin, Local p,
-           const Bodies<Dim>& bodies) {
-  at.x = get<Dim>(rows.x, p);
-  at.mass = rows.mass[p];
-  at.depth = depth_at(bin.analysis, at.x[0]);
-  double& reach = rows.reach[p];
-  if (!(reach > 0)) reach = first_reach(reach, at.x, at.mass / (bin.density * at.depth), bodies);
-  at.reach = reach;
-  at.damping = at.swings = at.longest = 0;
 }
 
 /// Over how long pushes are smoothed for couples [s].
 double memory_time(const ContactBin& bin) {
-  return memory * bin.h / std::sqrt(bin.modulus / bin.density);
+  if (is_implicit(bin.analysis) && bin.analysis.implicit.quasi_static) return 0.0;
+  return memory * bin.h / std::sqrt(bin.fastest / bin.density);
 }
 
 /// The couple after a step, from that before it and that of the present push.
@@ -263,37 +154,6 @@ template <int Dim>
 ContactCouple<Dim> mean_couple(const ContactCouple<Dim>& before, const ContactCouple<Dim>& now,
                                double T, double dt) {
   return (T * before + dt * now) / (T + dt);
-}
-
-/// The step moves it, and its material gives it a spring.
-template <int Dim>
-void move_with_step(Touching<Dim>& p, const ContactBin& bin, const Vec<Dim>& move, double dt) {
-  p.x += move;
-  p.move = move;
-  p.dt = dt;
-  p.section = p.mass / (bin.density * p.depth);
-  p.edge = edge_of_box<Dim>(p.section);
-  p.h = bin.h;
-  p.area = p.depth * contact_area<Dim>(p.section, p.edge, p.reach, bin.h);
-  p.stiffness = bin.modulus * p.area / (0.5 * bin.h);
-}
-
-/// The longest step that a particle allows, as far as a run takes it [s]. A step that is cut short
-/// for output does not change springs.
-template <int Dim>
-double longest_step(const StepContext<Dim>& step, const ContactBin& bin) {
-  const TimeStep& steps = step.model->analysis.step;
-  if (!steps.adaptive) return step.dt;
-  return std::max(step.dt, steps.safety * bin.h / std::sqrt(bin.modulus / bin.density));
-}
-
-/// Spring and dashpot as an explicit step allows them.
-template <int Dim>
-void limit_spring(Touching<Dim>& p, const ContactBin& bin, double longest) {
-  p.stiffness = std::min(p.stiffness, most_share * p.mass / (longest * longest));
-  p.longest = longest;
-  p.swings = std::min(0.5 * bin.density * p.area * bin.h, p.mass);
-  p.damping = 2 * damping_ratio * std::sqrt(p.stiffness * p.swings);
 }
 
 /// Contact of the particles whose bits are set, of the pack from `first` on, with all bodies.
@@ -373,6 +233,8 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
             }
             move_with_step(at[lane], common, move, step.dt);
             if (!implicit) limit_spring(at[lane], common, longest);
+            if (at[lane].is_new && common.liquid)
+              press_at_start(patch, bodies, first + static_cast<Local>(lane), at[lane]);
           });
           const auto now = touch(at, near, rows, first, bodies, patch.reactions);
           for_each_bit(near, [&](std::size_t lane) {
@@ -385,10 +247,19 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
             set<Dim>(rows.force, p, now[lane].force);
             set<Dim>(rows.shear, p, now[lane].shear);
             ContactCouple<Dim> couple = ContactCouple<Dim>::Zero();
-            if (!implicit && now[lane].any)
-              couple = mean_couple<Dim>(contact_couple<Dim>(rows.couple, p), now[lane].couple, T,
-                                        step.dt);
+            const ContactCouple<Dim> couple_before = contact_couple<Dim>(rows.couple, p);
+            if (now[lane].any)
+              couple = mean_couple<Dim>(couple_before, now[lane].couple, T, step.dt);
             set_contact_couple<Dim>(rows.couple, p, couple);
+            if (!implicit) return;  // count_couples() does
+            const auto add_half = [&](const Vec<Dim>& force, const ContactCouple<Dim>& c) {
+              give_couple<Dim>(basis, p, force, c, rows.extent[p], [&](int i, const Vec<Dim>& f) {
+                const double* v = fields[0] + static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
+                patch.work.internal -= 0.5 * step.dt * f.dot(Eigen::Map<const Vec<Dim>>(v));
+              });
+            };
+            add_half(old, couple_before);
+            add_half(now[lane].force, couple);
           });
         }
       });
@@ -401,7 +272,7 @@ void count_couples(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins
   const bool by_axes = row_of(step.model->analysis.functions).products;
   const auto side_of = [&](Local p) {
     return SidePush<Dim>(contact_force<Dim>(patch.particles, p),
-                         contact_couple<Dim>(rows.couple, p), rows.reach[p]);
+                         contact_couple<Dim>(rows.couple, p), rows.extent[p]);
   };
   const auto count = [&](Local p, auto gradient) {
     ContactCouple<Dim> couple = contact_couple<Dim>(rows.couple, p);
@@ -470,11 +341,18 @@ ImplicitContact<Dim> contact_after(Patch<Dim>& patch, const StepContext<Dim>& st
   Touching<Dim> at;
   begin(at, rows, common, p, bodies);
   move_with_step(at, common, move, step.dt);
+  ImplicitContact<Dim> found;
   Touched<Dim> now;
+  now.pushes = &found.pushes;
   Vec<Dim> rest = get<Dim>(rows.shear, p);
   for (std::size_t k = 0; k < bodies.size(); ++k)
     touch<Dim>(at, bodies, k, bodies.nearest(k, at.x), closed * common.h, nullptr, rest, now);
-  return {now.force, now.stiffness, now.any, now.slides};
+  found.force = now.force;
+  found.stiffness = now.stiffness;
+  found.touches = now.any;
+  found.slides = now.slides;
+  found.share_of_now = step.dt / (memory_time(common) + step.dt);
+  return found;
 }
 
 template <int Dim>
@@ -498,6 +376,7 @@ void keep_outside(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
           set<Dim>(rows.x, p, x + out);
           set<Dim>(u, p, get<Dim>(u, p) + out);
           rows.reach[p] -= near.distance;
+          rows.extent[p] -= near.distance;
         }
       });
   }

@@ -7,19 +7,21 @@
 ///
 ///     N = max(0, -k g - c w.n)
 ///     T = (1 - n n^T) (T - k dt w),  S = T - (1 - n n^T) c w,  |T|, |S| <= mu N + cohesion A
-///     f_i += sum_p N_ip (N n + S)_p - C_p grad N_ip,  C = <N> distance n n^T
+///     f_i += sum_p N_ip (N n + S)_p - C_p grad N_ip,  C = <N> d n n^T,  d = max(0, e + g)
 ///
-/// The couple C takes N n to the surface: N(x) - distance n . grad N is the function there, to
-/// first order. So a pressure that ends at a surface is in balance at each node, and water rests
-/// beside a body; with N n at centres some nodes were pushed on, others back. Where n is an axis
-/// and functions are products, that balance is exact (SidePush in particle_forces.h): else nodes of
-/// little mass beyond a surface let an elastic body yield to a plate, by a fifth of its load.
-/// Implicit steps have no C.
+/// The couple C takes N n to the end of the material, which is e away where contact begins:
+/// N(x) - d n . grad N is the function there, to first order. It is the surface, e = r, but where
+/// parts of cells count as a whole and rows of particles lie along it: there it is half an edge. So
+/// a pressure that ends at a surface is in balance at each node, and water rests beside a body;
+/// with N n at centres some nodes were pushed on, others back. Where n is an axis and functions are
+/// products, that balance is exact (SidePush in particle_forces.h): else nodes of little mass
+/// beyond a surface let an elastic body yield to a plate, by a fifth of its load.
 ///
 /// <N> is N smoothed in time, from zero on when contact begins, with T = 3 h / 2 c_w and the speed
 /// of waves c_w. With N itself springs would act at other places than those at which their
 /// length is measured. Such forces have no energy: bodies at rest began to shake. What is faster
-/// than T acts at centres, where lengths are measured, and only there.
+/// than T acts at centres, where lengths are measured, and only there. In a sequence of equilibria
+/// T is 0: nothing shakes.
 ///
 ///     A = V / 2r, within V^(1 - 1/Dim) and (h/2)^(Dim - 1)
 ///     k = min(2 M A / h, 3 m / 2 dt^2),  c = 2 zeta sqrt(k min(rho A h / 2, m))
@@ -48,6 +50,9 @@
 /// does not creep. Forces of contact lie in the column `contact_force`, are mapped to nodes as
 /// tractions are, and act with the opposite sign on the body: momentum is kept. Implicit steps have
 /// k = 2 M A / h and no dashpots.
+///
+/// A liquid in pores is held beside this (liquid_contact.h): M is then that of the skeleton, and N
+/// of the effective stress.
 ///
 /// Energy: work of moving bodies is external, that of the springs internal, and what slides or is
 /// damped counts as friction.
@@ -87,6 +92,14 @@ struct ImplicitContact {
   Vec<Dim> force;                             ///< [N]
   Eigen::Matrix<double, Dim, Dim> stiffness;  ///< [N/m] -d force / d move
   bool touches = false, slides = false;       ///< a particle that slides: not symmetric
+  /// A push in `force`, which acts at the end of the material.
+  struct Push {
+    Vec<Dim> n;
+    double arm, extent;       ///< [m] as in UnitPush
+    double force, stiffness;  ///< [N], [N/m] -d force / d move.n
+  };
+  std::vector<Push> pushes;
+  double share_of_now = 1;  ///< of them in the couple C after the step
 };
 template <int Dim>
 ImplicitContact<Dim> contact_after(Patch<Dim>& patch, const StepContext<Dim>& step,

@@ -138,7 +138,8 @@ struct ParticleTable {
   std::vector<Vec<Dim>> velocity;       ///< [m/s]; empty = zero
   std::vector<Voigt> stress;            ///< [Pa], effective where pores hold a liquid; empty = zero
   std::vector<double> pore_pressure;    ///< [Pa]; empty = zero
-  std::vector<double> reach;  ///< [m] to the surface of what they are part of; 0, empty = unknown
+  std::vector<double> reach;   ///< [m] to the surface of what they are part of; 0, empty = unknown
+  std::vector<double> extent;  ///< [m] to the end of their material there; 0, empty = as `reach`
   /// [m] edges, of particles with tractions; 0, empty = equal ones, of their volume.
   std::vector<std::array<double, Dim>> edges;
   // What particles of an earlier run bring with them.
@@ -163,6 +164,7 @@ struct ParticleTable {
     visit(stress);
     visit(pore_pressure);
     visit(reach);
+    visit(extent);
     visit(edges);
     visit(displacement);
     visit(liquid_velocity);

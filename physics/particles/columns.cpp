@@ -28,6 +28,7 @@ ColumnNeeds column_needs(const Model<Dim>& model, std::span<const char> used, bo
   needs.liquid_affine = needs.liquid && needs.affine;
   needs.acceleration = is_implicit(analysis) && !analysis.implicit.quasi_static;
   needs.contact = analysis.rigid_bodies;
+  needs.contact_liquid = needs.contact && needs.liquid;
   for (std::size_t m = 0; m < used.size(); ++m) {
     if (!used[m]) continue;
     const Law& law = model.materials[m].law;

@@ -37,10 +37,13 @@ enum class Column : int {
   liquid_affine,  ///< what `affine` is for the skeleton
   pore_pressure,  ///< positive in compression
   acceleration,   ///< of Newmark's method
-  contact_force,  ///< of rigid bodies, in the step that comes (rigid_contact.h)
+  contact_force,  ///< of rigid bodies, in the step that comes (rigid_contact.h); with a liquid in
+                  ///< pores on the skeleton alone
   contact_shear,  ///< of it, what friction has built up
   contact_reach,  ///< distance from the place to the surface where contact begins; 0: not known yet
+  contact_extent,  ///< and to the end of the particle's material
   contact_couple,  ///< of contact_force: it acts at the surface; xx, yy, xy, in 3D with zz, yz, xz
+  contact_liquid,  ///< what rigid bodies hold a liquid in pores by (liquid_contact.h)
   strain_across,   ///< zz of `strain` in 2D, where particles deform across the plane
 };
 
@@ -64,6 +67,7 @@ struct ColumnNeeds {
   bool liquid_affine = false;
   bool acceleration = false;  ///< Newmark's method
   bool contact = false;       ///< with rigid bodies
+  bool contact_liquid = false;
   bool operator==(const ColumnNeeds&) const = default;
 };
 
@@ -108,7 +112,9 @@ inline constexpr auto column_table = std::to_array<ColumnInfo>({
     {Column::contact_force, "contact_force",   "N",     2,  3, true,  &ColumnNeeds::contact},
     {Column::contact_shear, "contact_shear",   "N",     2,  3, false, &ColumnNeeds::contact},
     {Column::contact_reach, "contact_reach",   "m",     1,  1, false, &ColumnNeeds::contact},
+    {Column::contact_extent, "contact_extent", "m",     1,  1, false, &ColumnNeeds::contact},
     {Column::contact_couple, "contact_couple", "N m",   3,  6, false, &ColumnNeeds::contact},
+    {Column::contact_liquid, "contact_liquid", "N",     2,  3, true,  &ColumnNeeds::contact_liquid},
     {Column::strain_across, "strain_across",   "-",     1,  0, false, &ColumnNeeds::strain_across},
 });
 // clang-format on

@@ -187,6 +187,7 @@ double fill_state(Patch<Dim>& patch, Rows rows, const Model<Dim>& model) {
   if (to.layout().has(Column::contact_reach) && !table.reach.empty()) {
     double* reach = to.row(Column::contact_reach);  // negative: bodies have not seen it yet
     for_each_row(rows, [&](std::size_t row, std::size_t i) { reach[i] = -table.reach[row]; });
+    set_scalar(Column::contact_extent, table.extent);
   }
   const double* x = to.row(Column::x);
   double* volume = to.row(Column::volume);

@@ -16,6 +16,7 @@
 #include "physics/kernels/imbalance.h"
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/liquid_contact.h"
 #include "physics/kernels/mean_volume.h"
 #include "physics/kernels/node_supports.h"
 #include "physics/kernels/projection.h"
@@ -127,6 +128,13 @@ void find_stress(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
       find_across(patch, step, bins, *gradients);
   }
   update_stress(patch, step, bins, part, gradients);
+}
+
+/// Of particles, and what presses on rigid bodies.
+template <int Dim>
+void find_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
+  if (step.model->analysis.rigid_bodies) press_liquid(patch, step, bins);
+  update_pore_pressure(patch, step, bins, gradients_of_chunk<Dim>());
 }
 
 /// The filter of the velocity transfer, of orders from Order on: of each, a stage that gives nodes
@@ -354,10 +362,9 @@ Stages<Dim> pore_pressure(const Analysis& analysis) {
   using P = Patch<Dim>;
   using S = const StepContext<Dim>;
   if (!analysis.two_phase) return {};
-  TimestepStage<Dim> update{.stage = {.name = "pore pressure"},
-                            .bins = [](P& p, S& s, ParticleBins bins) {
-                              update_pore_pressure(p, s, bins, gradients_of_chunk<Dim>());
-                            }};
+  TimestepStage<Dim> update{
+      .stage = {.name = "pore pressure"},
+      .bins = [](P& p, S& s, ParticleBins bins) { find_pore_pressure(p, s, bins); }};
   if (has_nodal_porosity(analysis)) update.begin = [](P& p, S&) { liquid_discharge(p); };
   if (!maps_pore_pressure(analysis)) return {update};
   update.begin = [](P& p, S& s) {
@@ -365,7 +372,7 @@ Stages<Dim> pore_pressure(const Analysis& analysis) {
     clear_sums(p, s, NodeSum::pore_pressure);
   };
   update.bins = [](P& p, S& s, ParticleBins bins) {
-    update_pore_pressure(p, s, bins, gradients_of_chunk<Dim>());
+    find_pore_pressure(p, s, bins);
     map_pore_pressure(p, s, bins);
   };
   return {update,

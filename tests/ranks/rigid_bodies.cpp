@@ -12,3 +12,7 @@ TEST_CASE("rigid bodies at rest, in prescribed motion, and free") {
   check_same_checkpoints(
       heap_and_bodies("usf", R"("time_step": {"adaptive": true, "safety": 0.3})"), 60);
 }
+
+TEST_CASE("saturated soil on rigid bodies at rest and in prescribed motion") {
+  check_same_checkpoints(bank_and_wall(R"("dt": 2e-4)"), 80);
+}

@@ -4,11 +4,13 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "tests/verification/case.h"
+#include "tests/within.h"
 
 using namespace lahar;
 using namespace lahar::verification;
@@ -83,4 +85,119 @@ TEST_CASE(
         CHECK(end.internal > 0.5 * end.external);
         CHECK(end.friction < 0.2 * end.external);
       }
+}
+
+namespace {
+
+/// A column of 2 m on a floor at y = `level`, in cells of 0.1 m, that begins with stresses of rest.
+/// Its box takes parts of cells as a whole: the floor is between none and half a cell below the
+/// material.
+struct OnFloor {
+  double level;
+  const char* functions;
+  bool solves;       ///< quasi-static steps, else explicit ones
+  double k0 = 0.25;  ///< of the stresses at the start, if any
+};
+
+/// Largest error of the vertical stress, over that at the base; force on the floor over the weight.
+struct FloorError {
+  double stress = 0, force = 0;
+};
+FloorError on_floor(const OnFloor& floor) {
+  constexpr double density = 2000, g = 9.81, height = 2, row = 0.05;
+  const std::string start =
+      floor.k0 > 0 ? fmt::format(R"(, "particles_stresses": {{"type": "k0", "k0": {}}})", floor.k0)
+                   : "";
+  Simulation simulation(model_by_default<2>(fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"origin": [0, -0.5], "cell_size": 0.1, "extent": [0.2, 3.2]}},
+      "boundary_conditions": {{"velocity_constraints": [
+        {{"nset": "sides", "dir": "x", "velocity": 0}}]}}{0}}},
+    "sets": {{"nodes": {{"sides": {{"union": [
+      {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+      {{"half_space": {{"point": [0.2, 0], "normal": [-1, 0]}}}}]}}}}}},
+    "materials": [{{"type": "LinearElastic", "density": {1}, "youngs_modulus": 1e7,
+                   "poisson_ratio": 0.2}}],
+    "rigid_bodies": [{{"region": {{"half_space": {{"point": [0, {2}], "normal": [0, 1]}}}},
+                      "friction": 0.3}}],
+    "particles": [{{"generator": {{"type": "region", "material": 0, "per_cell": 2,
+      "region": {{"box": {{"min": [0, {2}], "max": [0.2, {3}]}}}}}}}}],
+    "external_loading_conditions": {{"gravity": [0, -{4}]}},
+    "analysis": {{"shape_functions": "{5}", {6}}}}})",
+      start, density, floor.level, floor.level + height, g, floor.functions,
+      floor.solves ? R"("mpm_scheme": "newmark", "dt": 0.5, "nsteps": 2,
+                        "scheme_settings": {"quasi_static": true})"
+                   : R"("end_time": 1, "damping": {"type": "Cundall", "damping_factor": 0.3})")));
+  simulation.run();
+  const State state(simulation.frame());
+  double top = 0;
+  for (Index p = 0; p < state.size(); ++p) top = std::max(top, state.x(p, 1) + 0.5 * row);
+  FloorError found;
+  for (Index p = 0; p < state.size(); ++p) {
+    const double expected = density * g * (top - state.x(p, 1));
+    found.stress = std::max(
+        found.stress, std::abs(-state.get("stress", p, 1) - expected) / (density * g * height));
+  }
+  const HistoryRow end = simulation.history();
+  found.force = -end.bodies.at(0).force[1] / (end.mass * g);
+  return found;
+}
+
+}  // namespace
+
+// With pushes at centres, or at the floor where the material ends above it, the first row had 0.2
+// to 0.9 of its stress too little.
+TEST_CASE("rigid bodies: the first row on a floor has its stress, wherever the floor cuts cells") {
+  for (const bool solves : {false, true})
+    for (const char* const functions : {"element", "gimp", "quadratic_spline"})
+      for (const double level : {0.0, 0.03, 0.05, 0.06, 0.08}) {
+        CAPTURE(functions);
+        CAPTURE(level);
+        CAPTURE(solves);
+        const FloorError found = on_floor({level, functions, solves});
+        CHECK(found.stress < 0.01);
+        CHECK(found.force == test::within(1e-3, 1));
+      }
+}
+
+TEST_CASE("rigid bodies: quasi-static steps bring a column on a floor to its stresses") {
+  for (const char* const functions : {"element", "quadratic_spline"}) {
+    CAPTURE(functions);
+    const FloorError found = on_floor({0.03, functions, true, 0});
+    CHECK(found.stress < 0.02);
+    CHECK(found.force == test::within(1e-3, 1));
+  }
+}
+
+// The bottom row was not held where it was deeper than 0.85 of a particle above the floor.
+TEST_CASE("rigid bodies: cohesion holds a block by its area, wherever its box cuts cells") {
+  for (const double level : {1.0, 1.01, 1.02, 1.03, 1.04}) {
+    CAPTURE(level);
+    constexpr double pull = 2, length = 0.6;
+    const auto motion = [&](double cohesion) {
+      Simulation simulation(model_by_default<2>(fmt::format(
+          R"({{
+        "mesh": {{"structured": {{"cell_size": 0.05, "extent": [2, 2]}}}},
+        "materials": [{{"type": "LinearElastic", "density": 2000, "youngs_modulus": 1e7,
+                       "poisson_ratio": 0.2}}],
+        "rigid_bodies": [{{"region": {{"half_space": {{"point": [0, {0}], "normal": [0, 1]}}}},
+                          "friction": 0, "cohesion": {1}}}],
+        "particles": [{{"generator": {{"type": "region", "material": 0, "per_cell": 2,
+          "region": {{"box": {{"min": [0.5, {0}], "max": [1.1, {2}]}}}}}}}}],
+        "external_loading_conditions": {{"gravity": {{"gravity": [{3}, -9.81],
+                                                    "ramping_time": 0.1}}}},
+        "analysis": {{"end_time": 0.3}}}})",
+          level, cohesion, level + 0.2, pull)));
+      simulation.run();
+      return simulation.history();
+    };
+    const HistoryRow free = motion(0);
+    const double cohesion = 0.5 * pull * free.mass / length;
+    const HistoryRow held = motion(cohesion);
+    // What gravity gives while it grows and is no more than cohesion is not lost.
+    const double expected = 0.5 * pull * (0.3 - 0.1) + 0.5 * 0.5 * pull * (0.1 - 0.05);
+    MESSAGE(fmt::format("floor at {} m: {:.4f} m/s of {:.4f}", level, held.momentum[0] / held.mass,
+                        expected));
+    CHECK(held.momentum[0] / held.mass == test::within(0.05, expected));
+  }
 }

@@ -53,7 +53,7 @@ mpm.json:24:7: error: 'fields' is missing in a gauge [/post_processing/gauges/3]
 mpm.json:22:66: error: no field is named [/post_processing/gauges/1/fields]
         {"name": "b", "type": "point", "at": [0.5, 0.5], "fields": []}],
                                                                    ^
-  hint: fields: coordinates, velocity, displacement, stress, strain, volume, mass, domain, domain_vectors, domain_corners, opening, liquid_velocity, pore_pressure, acceleration, contact_force, speed, kinetic_energy, mass_density, mean_stress, von_mises_stress, deviatoric_stress, volumetric_strain, equivalent_strain, porosity, liquid_mass, total_mean_stress, principal_stress_1, principal_stress_2, principal_stress_3, deviatoric_strain
+  hint: fields: coordinates, velocity, displacement, stress, strain, volume, mass, domain, domain_vectors, domain_corners, opening, liquid_velocity, pore_pressure, acceleration, contact_force, contact_liquid, speed, kinetic_energy, mass_density, mean_stress, von_mises_stress, deviatoric_stress, volumetric_strain, equivalent_strain, porosity, liquid_mass, total_mean_stress, principal_stress_1, principal_stress_2, principal_stress_3, deviatoric_strain
 mpm.json:23:22: error: particles have no field "speeds" [/post_processing/frame_fields/0]
       "frame_fields": ["speeds"],
                        ^

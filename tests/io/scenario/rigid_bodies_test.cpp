@@ -228,6 +228,32 @@ TEST_CASE("rigid bodies: what does not go together with them is refused") {
   CHECK(says(with(R"("mpm_scheme": "usl", "dt": 1e-4)"), "usl"));
 }
 
+TEST_CASE("rigid bodies hold a liquid in pores, but where forces move them, and not with usf") {
+  const auto with = [](const std::string& motion, const std::string& scheme) {
+    return refusal_of([&] {
+      read_scenario_text(R"({
+        "mesh": {"structured": {"cell_size": 0.5, "extent": [4, 4]}},
+        "materials": [
+          {"name": "soil", "type": "LinearElastic", "density": 2600, "youngs_modulus": 1e6,
+           "poisson_ratio": 0.2, "porosity": 0.4, "k_x": 1e-3},
+          {"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e7,
+           "dynamic_viscosity": 1e-3}],
+        "rigid_bodies": [{)" +
+                             round_body + motion + R"(}],
+        "particles": [{"generator": {"type": "region", "per_cell": 2, "material": ["soil", "water"],
+                                     "region": {"box": {"min": [1, 1], "max": [2, 2]}}}}],
+        "external_loading_conditions": {"gravity": [0, -10]},
+        "analysis": {"mpm_scheme": ")" +
+                             scheme + R"(", "dt": 1e-4, "nsteps": 1}})",
+                         "");
+    });
+  };
+  CHECK(with("", "musl") == "");
+  CHECK(with(R"(, "velocity": [1, 0])", "musl") == "");
+  CHECK(says(with(R"(, "density": 2000)", "musl"), "a liquid in pores where forces move them"));
+  CHECK(says(with("", "usf"), "a liquid in pores but with musl"));
+}
+
 TEST_CASE("rigid bodies that are fixed in a direction do not begin with a motion there") {
   const auto with = [](const char* motion) {
     return refusal("{" + round_body + R"(, "mass": 1, )" + motion + "}");

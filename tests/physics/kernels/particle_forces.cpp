@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
+
 #include "tests/physics/kernels/kernels_fixture.h"
 
 using namespace lahar;
@@ -22,7 +24,7 @@ struct OwnForces {
       Vec<Dim>& f = force[static_cast<std::size_t>(p)];
       f = random_point<Dim>(random, -Vec<Dim>::Ones(), Vec<Dim>::Ones());
       if (random() % 3 == 0) f.setZero();
-      couples.row(Column::contact_reach)[p] = uniform(random, 0.01, 0.3);
+      couples.row(Column::contact_extent)[p] = uniform(random, 0.01, 0.3);
       if (random() % 2 == 0)
         for (double* row : rows) row[p] = uniform(random, -1, 1);
       else if (random() % 2 == 0)
@@ -39,7 +41,7 @@ struct OwnForces {
     n.normalize();
     const double push = uniform(random, 0.5, 1), distance = uniform(random, 0, 0.3);
     for (int d = 0; d < Dim; ++d) couples.row(Column::contact_force, d)[p] = push * n[d];
-    couples.row(Column::contact_reach)[p] = distance;
+    couples.row(Column::contact_extent)[p] = distance;
     set_contact_couple<Dim>(couples.template rows<contact_components<Dim>>(Column::contact_couple),
                             p, push * distance * n * n.transpose());
   }
@@ -63,7 +65,7 @@ void add_one_by_one(const Basis& basis, const ParticleBin& bin, const Local* nod
     ContactCouple<Dim> C = contact_couple<Dim>(rows, p);
     if constexpr (TensorBasis<Basis>) {
       const SidePush<Dim> side(contact_force<Dim>(own.couples, p), C,
-                               own.couples.row(Column::contact_reach)[p]);
+                               own.couples.row(Column::contact_extent)[p]);
       side.take_from(C);
       Scalar w[Dim][axis_nodes], s[Dim];
       basis.weights(p, w);
@@ -115,4 +117,38 @@ TEST_CASE("nodes get the same bits of particles' own forces by packs as one by o
   with_every_kind(check);
   with_wide_functions(check);
   with_elements(check);
+}
+
+// With a moment of their own they would turn a disc that rolls, and nothing would have what it
+// gets.
+TEST_CASE("what takes pushes of rigid bodies to their surface gives no momentum, and no moment") {
+  std::mt19937 random(6);
+  const auto check = [&](auto make) {
+    auto f = make();
+    constexpr int Dim = decltype(f)::dim;
+    f.fill(random, Slots::with_free);
+    const OwnForces<Dim> own(random, f.patch.particles.size());
+    NodeArray sums(static_cast<std::size_t>(f.patch.n_nodes()) * sum_stride);
+    for_each_bin_with_basis(
+        f.patch, f.patch.bins, [](const ParticleBin&) { return true; },
+        [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+          add_contact_couples(basis, bin, nodes, sums.data(), own.couples);
+        });
+    Vec<3> force = Vec<3>::Zero(), moment = Vec<3>::Zero();
+    double scale = 0;
+    for (Local n = 0; n < f.patch.n_nodes(); ++n) {
+      Vec<3> x = Vec<3>::Zero(), of_node = Vec<3>::Zero();
+      x.template head<Dim>() = f.node(n);
+      for (int d = 0; d < Dim; ++d)
+        of_node[d] = sums[static_cast<std::size_t>(n) * sum_stride + static_cast<std::size_t>(d)];
+      force += of_node;
+      moment += x.cross(of_node);
+      scale += of_node.norm();
+    }
+    REQUIRE(scale > 1);
+    CHECK(force.norm() < 1e-11 * scale);
+    CHECK(moment.norm() < 1e-11 * scale);
+  };
+  with_every_kind(check);
+  with_wide_functions(check);
 }

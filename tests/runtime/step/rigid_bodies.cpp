@@ -22,6 +22,19 @@ TEST_CASE("rigid bodies in motion: the serial loop's bits, and those after a res
     }
 }
 
+TEST_CASE("saturated soil on rigid bodies: the serial loop's bits, and those after a restart") {
+  for (const char* analysis :
+       {R"("dt": 2e-4)",
+        R"("time_step": {"adaptive": true, "safety": 0.3}, "pore_pressure_smoothing": true)",
+        R"("dt": 2e-4, "shape_functions": "gimp", "velocity_update": "apic")"}) {
+    CAPTURE(analysis);
+    Model<2> model = bank_and_wall(analysis);
+    model.output.frame_steps = model.output.history_steps = 10;
+    check_ways(model);
+    check_restart(model, 33, 80, {flow(2), serial()});
+  }
+}
+
 TEST_CASE("a free rigid body that leaves the mesh is told of once, one that a body holds is not") {
   const auto warnings = [](const std::string& floor) {
     std::vector<std::string> said;
