@@ -58,6 +58,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_output();
   build_gauges();
   build_frame_set();
+  if (in_.problems.empty()) find_pressures_inside();
   if (in_.problems.empty()) find_loaded_surfaces();
   warn_of_doubts();
   if (in_.problems.empty()) collect_marks();

@@ -37,7 +37,6 @@ void ScenarioBuilder<Dim>::warn_of_doubts() {
   warn_of_steep_friction();
   warn_of_walls();
   warn_of_thin_supports();
-  warn_of_thin_drains();
   warn_of_free_fall();
   warn_of_overlap(boxes);
   warn_of_smoothing();

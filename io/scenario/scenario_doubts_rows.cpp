@@ -1,10 +1,9 @@
 // Warnings of single rows of nodes within the material that do not do what they are meant for:
-// supports that smooth functions reach past, and drains that hold means of cells alone.
+// supports that smooth functions reach past.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <functional>
 
 #include "io/scenario/scenario_builder.h"
@@ -56,8 +55,7 @@ std::vector<Index> ScenarioBuilder<Dim>::thin_rows(
 }
 
 template <int Dim>
-std::vector<Index> ScenarioBuilder<Dim>::rows_in_material(const std::vector<Index>& thin,
-                                                          bool all_cells) const {
+std::vector<Index> ScenarioBuilder<Dim>::rows_in_material(const std::vector<Index>& thin) const {
   std::vector<Index> nodes = joined(team_.gather(thin));
   for (Index& place : nodes) place /= Dim;
   sort_unique(nodes);
@@ -79,9 +77,7 @@ std::vector<Index> ScenarioBuilder<Dim>::rows_in_material(const std::vector<Inde
   std::vector<Index> found;
   for (const Index place : thin) {
     const auto at = std::lower_bound(nodes.begin(), nodes.end(), place / Dim);
-    const int filled = std::popcount(around[static_cast<std::size_t>(at - nodes.begin())]);
-    const auto wanted = all_cells ? mesh_->node_cells(place / Dim).size() : std::size_t{1};
-    if (static_cast<std::size_t>(filled) >= wanted) found.push_back(place);
+    if (around[static_cast<std::size_t>(at - nodes.begin())] != 0) found.push_back(place);
   }
   std::sort(found.begin(), found.end());
   return found;
@@ -108,16 +104,13 @@ void ScenarioBuilder<Dim>::warn_of_thin_supports() {
   add(entries_of<NodeAcceleration>(model_), places);
   add(entries_of<NodeDisplacement>(model_), places);
   sort_unique(places);
-  const auto thin =
-      rows_in_material(thin_rows(places,
-                                 [&](Index place) {
-                                   const std::pair at(place / Dim, static_cast<int>(place % Dim));
-                                   return has_place(entries_of<NodeVelocity>(model_), at) ||
-                                          has_place(entries_of<NodeAcceleration>(model_), at) ||
-                                          has_place(entries_of<NodeDisplacement>(model_), at) ||
-                                          std::binary_search(walls.begin(), walls.end(), place);
-                                 }),
-                       false);
+  const auto thin = rows_in_material(thin_rows(places, [&](Index place) {
+    const std::pair at(place / Dim, static_cast<int>(place % Dim));
+    return has_place(entries_of<NodeVelocity>(model_), at) ||
+           has_place(entries_of<NodeAcceleration>(model_), at) ||
+           has_place(entries_of<NodeDisplacement>(model_), at) ||
+           std::binary_search(walls.begin(), walls.end(), place);
+  }));
   if (!team_.any(!thin.empty())) return;
   const auto warn = [&](const JsonValue& entry, int axis, const std::vector<Index>& nodes) {
     Index count = 0;
@@ -159,45 +152,6 @@ void ScenarioBuilder<Dim>::warn_of_thin_supports() {
     }
     for (int axis = 0; axis < Dim; ++axis)
       warn(*e.entry, axis, nodes[static_cast<std::size_t>(axis)]);
-  }
-}
-
-// Without smoothing a drain takes from particles what it finds in the mean of its cells: those of a
-// cell keep their differences, and so pressures beside it.
-template <int Dim>
-void ScenarioBuilder<Dim>::warn_of_thin_drains() {
-  const Analysis& a = model_.analysis;
-  if (in_.cbgeo_defaults || !a.two_phase || is_projection(a) || a.pore_pressure_smoothing ||
-      !mesh_->is_structured() || !mesh_->is_multilinear())
-    return;
-  const auto& drains = entries_of<NodePressure>(model_);
-  std::vector<Index> places;
-  for (const NodePressure& drain : drains)
-    for (int axis = 0; axis < Dim; ++axis) places.push_back(drain.node * Dim + axis);
-  const auto thin = rows_in_material(thin_rows(places,
-                                               [&](Index place) {
-                                                 return has_place(drains, {place / Dim, 0});
-                                               }),
-                                     true);
-  if (!team_.any(!thin.empty())) return;
-  for (const JsonValue* entry : get_list(boundary(), NodePressure::key)) {
-    const JsonValue* set = in_.either(*entry, "nset_id", "nset");
-    if (!set || (set->is_number() && set->number() == -1)) continue;
-    const auto* nodes = sets_.nodes.find(*set, in_);
-    if (!nodes) continue;
-    const auto inside = [&](Index node) {
-      const auto at = std::lower_bound(thin.begin(), thin.end(), node * Dim);
-      return at != thin.end() && *at / Dim == node;
-    };
-    const Index count =
-        team_.sum(static_cast<Index>(std::count_if(nodes->begin(), nodes->end(), inside)));
-    if (count == 0) continue;
-    in_.warning(*entry,
-                fmt::format("{} nodes inside of saturated soil hold the mean pressure of the cells "
-                            "around them alone: particles there keep pressures of both signs, and "
-                            "the soil hardly drains",
-                            count),
-                "\"pore_pressure_smoothing\": true in analysis; at the surface drains need none");
   }
 }
 

@@ -2,11 +2,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 
 #include "io/scenario/interpolation.h"
 #include "io/scenario/particle_files.h"
 #include "io/scenario/scenario_builder.h"
+#include "io/scenario/surface_faces.h"
+#include "physics/base/sort_unique.h"
 #include "physics/materials/law.h"
 #include "physics/model/transfer_options.h"
 
@@ -171,7 +175,7 @@ void ScenarioBuilder<Dim>::warn_of_porosities() {
 // that the prescribed pressure drives has no way.
 template <int Dim>
 void ScenarioBuilder<Dim>::warn_of_held_water() {
-  if (!is_projection(model_.analysis) || !prescribes_pressure()) return;
+  if (!prescribes_pressure()) return;
   for (int d = 0; d < Dim; ++d) {
     std::vector<Index> held;
     for (const NodeVelocity& v : model_.liquid_velocities)
@@ -202,6 +206,59 @@ bool ScenarioBuilder<Dim>::prescribes_pressure() {
       std::any_of(all.begin(), all.end(), [](const NodePressure& p) { return p.pressure != 0.0; }));
 }
 
+// Nodes at the surface of soil with water, which may leave them later. Where the water is held, as
+// at walls and planes of symmetry, it does not end.
+template <int Dim>
+void ScenarioBuilder<Dim>::find_pressures_inside() {
+  const Analysis& a = model_.analysis;
+  if (!a.prescribes_pore_pressure || !a.two_phase || (!is_projection(a) && a.as_cbgeo)) return;
+  auto& given = entries_of<NodePressure>(model_);
+  std::vector<Index> own;
+  for (const NodePressure& entry : given) own.push_back(entry.node);
+  std::vector<Index> nodes = joined(team_.gather(own));
+  sort_unique(nodes);
+  std::vector<Index> filled, cells;
+  const auto& p = model_.particles;
+  for (std::size_t i = 0; i < p.cell.size(); ++i)
+    if (model_.materials[p.material[i]].liquid) filled.push_back(p.cell[i]);
+  sort_unique(filled);
+  const auto mesh = mesh_with(filled);
+  const auto is_given = [&](Index node) {
+    return std::binary_search(nodes.begin(), nodes.end(), node);
+  };
+  for (const Index cell : filled) {
+    bool any = false;
+    for (const Index node : mesh->element_nodes(cell)) any = any || is_given(node);
+    if (any) cells.push_back(cell);
+  }
+  const std::vector<CellFace<Dim>> faces = faces_of_surface<Dim>(*mesh, cells, filled, team_);
+  std::vector<Index> corners, own_held;
+  for (const CellFace<Dim>& face : faces)
+    corners.insert(corners.end(), face.nodes.begin(), face.nodes.end());
+  sort_unique(corners);
+  for (const NodeVelocity& v : model_.liquid_velocities)
+    if (std::binary_search(corners.begin(), corners.end(), v.node))
+      own_held.push_back(v.node * Dim + v.dir);
+  std::vector<Index> held = joined(team_.gather(own_held)), open;
+  sort_unique(held);
+  for (const CellFace<Dim>& face : faces) {
+    std::array<double, static_cast<std::size_t>(Dim)> extent{};
+    for (int c = 1; c < face.corners; ++c)
+      for (std::size_t d = 0; d < extent.size(); ++d)
+        extent[d] =
+            std::max(extent[d], std::abs(face.x[static_cast<std::size_t>(c)][d] - face.x[0][d]));
+    const auto across =
+        static_cast<Index>(std::min_element(extent.begin(), extent.end()) - extent.begin());
+    const bool closed = std::all_of(face.nodes.begin(), face.nodes.end(), [&](Index node) {
+      return node < 0 || std::binary_search(held.begin(), held.end(), node * Dim + across);
+    });
+    if (!closed) open.insert(open.end(), face.nodes.begin(), face.nodes.end());
+  }
+  sort_unique(open);
+  for (NodePressure& entry : given)
+    entry.inside = !std::binary_search(open.begin(), open.end(), entry.node);
+}
+
 // What a liquid in pores does not go together with.
 template <int Dim>
 void ScenarioBuilder<Dim>::check_two_phase() {
@@ -220,11 +277,20 @@ void ScenarioBuilder<Dim>::check_two_phase() {
   if (a.contact.bodies > 1) refuse(root_.find("interface"), "contact between bodies", "");
   if (a.takes_means)
     refuse(&boundary(), "an absorbing boundary or a spring", "put the boundary further away");
-  if (!is_projection(a) && prescribes_pressure())
+  const bool splines = a.functions == ShapeFunctions::quadratic_spline ||
+                       a.functions == ShapeFunctions::cubic_spline;
+  if (!is_projection(a) && !a.as_cbgeo && splines && prescribes_pressure())
     in_.error(*boundary().find("pressure_constraints"),
-              "a pressure other than 0 is not supported yet: nothing holds it against the water",
-              "take \"mpm_scheme\": \"projection\", or give the pressure p of water outside as two "
+              "a pressure other than 0 is not supported yet with splines: they reach "
+              "beyond the surface, where nodes with little mass would shake the water",
+              "take \"element\" or \"gimp\", or give the pressure p of water outside as two "
               "tractions: p on the mixture, and with \"phase\": \"liquid\" p times the porosity");
+  if (!is_projection(a) && a.as_cbgeo && prescribes_pressure())
+    in_.warning(*boundary().find("pressure_constraints"),
+                "CB-Geo MPM lets particles take a pressure other than 0 where pore pressures are "
+                "smoothed, but does not press on the ground with it",
+                "leave --as-cbgeo out, or add its two tractions: p on both phases, and with "
+                "\"phase\": \"liquid\" p times the porosity");
   if (has_filter(a.transfer))
     refuse(analysis.find("velocity_update"), "a velocity transfer of an order above 1",
            "use \"flip\", \"pic\", \"apic\" or \"tpic\"");

@@ -40,6 +40,9 @@ std::span<const CbgeoDeviation> cbgeo_deviations() {
       {"void ratio of `ModifiedCamClay`",
        "changes in plastic increments only, by (1 + initial void ratio) d(eps_v)",
        "always, by (1 + void ratio) d(eps_v)"},
+      {"`pressure_constraints` other than 0 in explicit steps",
+       "particles take them where pore pressures are smoothed; they do not press on the ground",
+       "they are those of water outside, which presses on the ground"},
       {"elastic moduli of `ModifiedCamClay` where p <= 0",
        "those of the previous increment; at first K and G from youngs_modulus, exchanged",
        "those of youngs_modulus and poisson_ratio for soil without stress; otherwise those at 0.1 "

@@ -633,8 +633,8 @@ const Section& analysis_section() {
           {.key = "pore_pressure_smoothing",
            .kinds = boolean,
            .help =
-               "particles take the mean of pore pressures at nodes in every step; drains inside "
-               "of the soil need it in explicit steps; default false"},
+               "particles take the mean of pore pressures at nodes in every step, which drains a "
+               "little in each; default false"},
           {.key = "gravity",
            .kinds = numbers,
            .help = "write external_loading_conditions.gravity. Another gravity here is an error",

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "physics/kernels/given_pressure.h"
 #include "physics/materials/pore_liquid.h"
+#include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
 #include "physics/particles/node_sums.h"
 
@@ -81,6 +84,12 @@ double loads_on(const Patch<Dim>& patch, const StepContext<Dim>& step) {
   for (const auto& point : patch.forces)
     if (patch.topology.owned[static_cast<std::size_t>(point.node)])
       sum += std::abs(point.force * load_factor(*step.model, point.function, step.time));
+  if (given_pressures_press(step.model->analysis)) {
+    std::vector<ParticleBin> bins = patch.bins;  // kernels take such as they may change
+    for_given_pressures<Dim>(patch, step, bins, [&](const ParticleBin&, Local, int, double force) {
+      sum += std::abs(force);
+    });
+  }
   return sum;
 }
 

@@ -110,8 +110,9 @@ void map_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
 template <int Dim>
 void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// Particles take the pressure of the nodes. Without smoothing they only take what prescribed
-/// pressures differ by from the mean: p_p += sum_i N_i (p_i - mean_i).
+/// Particles take the pressure of the nodes. Without smoothing they only take what pressures that
+/// are prescribed inside differ by from the mean: of a cell all the same, as their pressures are
+/// those of the cell, and its nodes then have the mean that is prescribed.
 template <int Dim>
 void take_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins);
 

@@ -8,11 +8,14 @@
 #include "physics/basis/nodal_fields.h"
 #include "physics/kernels/affine_velocity.h"
 #include "physics/kernels/general_kernels.h"
+#include "physics/kernels/given_pressure.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_update.h"
 #include "physics/kernels/pore_rows.h"
 #include "physics/kernels/two_phase.h"
+#include "physics/model/transfer_options.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/node_sums.h"
 
 namespace lahar {
 
@@ -215,17 +218,69 @@ void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
     });
   }
   patch.work.internal += reduce(work);
+  if (!given_pressures_press(step.model->analysis)) return;
+  for_given_pressures<Dim>(
+      patch, step, bins, [&](const ParticleBin& bin, Local node, int d, double force) {
+        const double *v = at(nodal ? patch.liquid.discharge : patch.velocity, node),
+                     *v_l = nodal ? v : at(patch.liquid.velocity, node);
+        const double n =
+            nodal ? 1.0 : mean_porosity(patch, Pores(*materials[bin.material].liquid), bin);
+        patch.work.external -= step.dt * force * (v[d] + n * (v_l[d] - v[d]));
+      });
 }
 
 template <int Dim>
 void take_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
-  const double keep = step.model->analysis.pore_pressure_smoothing ? 0.0 : 1.0;
+  const Analysis& analysis = step.model->analysis;
+  const bool smooths = analysis.pore_pressure_smoothing;
+  const auto [value] = pore_rows<1>(patch.particles.capacity());
   double* pressure = patch.particles.row(Column::pore_pressure);
-  interpolate_bins<Pack>(patch, bins, patch.liquid.pressure.data(), has_liquid(*step.model),
-                         [&](Local p, Local n, const Pack& value) {
-                           store_first(Pack(keep * load<Pack>(pressure + p) + value), pressure + p,
-                                       n);
-                         });
+  const double *V = patch.particles.row(Column::volume), *nodal = patch.liquid.pressure.data();
+  double work = 0;
+  for_each_bin_with_basis(
+      patch, bins, has_liquid(*step.model),
+      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
+        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
+        const bool given = std::any_of(nodes, nodes + n_nodes, [&](Local node) {
+          return find_node(patch.fixed_pressure, node) != nullptr;
+        });
+        if (!smooths && !given) return;
+        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+          Pack N[n_nodes], sum(0.0);
+          basis.functions(p, N);
+          LAHAR_UNROLL
+          for (int i = 0; i < n_nodes; ++i) sum = multiply_add(sum, N[i], &nodal[nodes[i]]);
+          store_first(sum, value + p, bin.end - p);
+        }
+        if (!smooths && !analysis.volume_as_cbgeo) {
+          // The mean of the changes that its corners want, by their functions: these have it then.
+          const auto corner = patch.topology.element_nodes(static_cast<std::size_t>(bin.cell));
+          double all = 0, share = 0;
+          for (int i = 0; i < n_nodes; ++i) {
+            const auto* fixed = find_node(patch.fixed_pressure, nodes[i]);
+            if (!fixed || !fixed->inside || std::ranges::find(corner, nodes[i]) == corner.end())
+              continue;
+            for (Local p = bin.begin; p < bin.end; ++p) {
+              Scalar N[n_nodes];
+              basis.functions(p, N);
+              share += V[p] * N[i][0];
+              all += V[p] * N[i][0] * nodal[nodes[i]];
+            }
+          }
+          std::fill(value + bin.begin, value + bin.end, share > 0 ? all / share : 0.0);
+        }
+        const Pores pores(*step.model->materials[bin.material].liquid);
+        const double per_stiffness =
+            given ? mean_porosity(patch, pores, bin) / pores.liquid().bulk_modulus : 0.0;
+        for (Local p = bin.begin; p < bin.end; ++p) {
+          const double before = pressure[p], after = smooths ? value[p] : before + value[p];
+          pressure[p] = after;
+          work += 0.5 * per_stiffness * V[p] * (after + before) * (after - before);
+        }
+      });
+  // Water comes in where pressures are prescribed, and brings its energy.
+  patch.work.external += work;
+  patch.work.internal += work;
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                \

@@ -321,7 +321,7 @@ void nodal_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step) {
                     ++fixed;  // not active
                   for (; fixed != patch.fixed_pressure.end() && fixed->node == i; ++fixed) {
                     const double given = pressure_given(*step.model, *fixed, step.time);
-                    pressure = smooths ? given : given - mean;
+                    pressure = smooths ? given : fixed->inside ? given - mean : 0.0;
                   }
                 });
 }

@@ -7,7 +7,9 @@
 #include "physics/basis/cell_map.h"
 #include "physics/basis/linear_basis.h"
 #include "physics/basis/support.h"
+#include "physics/kernels/given_pressure.h"
 #include "physics/kernels/kernels.h"
+#include "physics/kernels/liquid_contact.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/pore_rows.h"
@@ -135,44 +137,21 @@ void add_pressure_at_particles(Patch<Dim>& patch, const StepContext<Dim>& step, 
                              patch.own_sums(NodeSum::liquid_force, step.step));
 }
 
-/// What pressures that are prescribed at nodes do: forces of the pore pressure p, sum_p V p grad N,
-/// are those of a surface without pressure. Where it has one, with p_g the prescribed pressures and
-/// their functions, they are sum_p V ((p - p_g) grad N - N grad p_g).
+/// What pressures that are prescribed at nodes do to the mixture and the liquid.
 template <int Dim>
 void add_given_pressures(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const double share = acting_share(step.model->analysis);
   double* mixture = patch.own_sums(NodeSum::force, step.step);
   double* liquid = patch.own_sums(NodeSum::liquid_force, step.step);
-  const double* V = patch.particles.row(Column::volume);
-  for_each_bin_with_basis(
-      patch, bins, has_liquid(*step.model),
-      [&](const auto& basis, const ParticleBin& bin, const Local* nodes) {
-        constexpr int n_nodes = std::decay_t<decltype(basis)>::nodes;
-        double at_node[n_nodes]{};
-        bool any = false;
-        for (int i = 0; i < n_nodes; ++i)
-          if (const auto* fixed = find_node(patch.fixed_pressure, nodes[i])) {
-            at_node[i] = share * pressure_given(*step.model, *fixed, step.time);
-            any = any || at_node[i] != 0.0;
-          }
-        if (!any) return;
-        for (Local p = bin.begin; p < bin.end; ++p) {
-          Scalar N[n_nodes], dN[Dim][n_nodes];
-          basis.functions(p, N);
-          basis.gradients(p, dN);
-          double pressure = 0, gradient[Dim]{};
-          for (int i = 0; i < n_nodes; ++i) {
-            pressure += N[i][0] * at_node[i];
-            for (int d = 0; d < Dim; ++d) gradient[d] += dN[d][i][0] * at_node[i];
-          }
-          for (int i = 0; i < n_nodes; ++i)
-            for (int d = 0; d < Dim; ++d) {
-              const double f = V[p] * (pressure * dN[d][i][0] + N[i][0] * gradient[d]);
-              const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d;
-              mixture[at] -= f;
-              liquid[at] -= f;
-            }
-        }
+  for_given_pressures<Dim>(
+      patch, step, bins, [&](const ParticleBin& bin, Local node, int d, double force) {
+        const double of_liquid =
+            has_nodal_porosity(step.model->analysis)
+                ? 1.0
+                : mean_porosity(patch, Pores(*step.model->materials[bin.material].liquid), bin);
+        const auto at = static_cast<std::ptrdiff_t>(node) * sum_stride + d;
+        mixture[at] -= share * force;
+        liquid[at] -= share * of_liquid * force;
       });
 }
 
@@ -243,9 +222,9 @@ void map_liquid_forces(Patch<Dim>& patch, const StepContext<Dim>& step, Particle
     add_pressure_at_particles(patch, step, bins);
   else
     add_pressure_at_centre(patch, step, bins);
-  if (!patch.fixed_pressure.empty() && keeps_pore_pressure(step.model->analysis))
-    add_given_pressures(patch, step, bins);
+  if (given_pressures_press(step.model->analysis)) add_given_pressures(patch, step, bins);
   add_liquid_tractions(patch, step, bins);
+  if (step.model->analysis.rigid_bodies) map_liquid_pushes(patch, step, bins);
   map_drag(patch, step, bins);
   if (step.model->analysis.liquid_advection) map_advection(patch, step, bins);
 }

@@ -70,6 +70,14 @@ inline bool has_nodal_porosity(const Analysis& analysis) {
          !is_implicit(analysis);
 }
 
+/// Whether pressures that nodes prescribe press on mixture and liquid, as water outside does. (In
+/// CB-Geo MPM they are pressures of nodes alone, which particles take. What a projection does not
+/// keep its system has.)
+inline bool given_pressures_press(const Analysis& analysis) {
+  if (!analysis.prescribes_pore_pressure || !analysis.two_phase) return false;
+  return is_projection(analysis) ? keeps_pore_pressure(analysis) : !analysis.as_cbgeo;
+}
+
 /// Whether particles take pore pressures from nodes.
 inline bool maps_pore_pressure(const Analysis& analysis) {
   return analysis.two_phase && !is_projection(analysis) &&

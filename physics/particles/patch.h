@@ -242,6 +242,7 @@ struct Patch {
     Local node;
     double pressure;  ///< [Pa]
     int function;     ///< -1 = constant
+    bool inside;      ///< NodePressure::inside
   };
   std::vector<FixedPressure> fixed_pressure;  ///< ascending nodes
   std::vector<WallPush<Dim>> wall_pushes;     ///< by `walls`; if velocities are mapped again

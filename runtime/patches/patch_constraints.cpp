@@ -130,8 +130,10 @@ void set_constraints(Patch<Dim>& patch, const NodeConditions<Dim>& conditions, I
     bool taken[Dim] = {};  // the first counts
     for (const NodeVelocity& v : entries_at(conditions.liquid_velocities, node))
       if (!std::exchange(taken[v.dir], true)) fix(patch, TimedList<Dim>::fixed_liquid, local, v);
-    if (const auto given = entries_at(entries_of<NodePressure>(conditions), node); !given.empty())
-      patch.fixed_pressure.push_back({local, given.front().pressure, given.front().function});
+    if (const auto given = entries_at(entries_of<NodePressure>(conditions), node); !given.empty()) {
+      const NodePressure& first = given.front();
+      patch.fixed_pressure.push_back({local, first.pressure, first.function, first.inside});
+    }
     for (const NodeForce& f : entries_at(entries_of<NodeForce>(conditions), node))
       patch.forces.push_back({local, f.dir, f.force, f.function});
     for_each_acting_list(patch.acting, [&]<class T>(std::vector<ActingNode<Dim, T>>& list) {

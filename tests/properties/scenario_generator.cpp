@@ -75,7 +75,8 @@ void decide_method(Choices& choices, Outline& outline) {
                         choices.chance("accelerates", 15);
   outline.displaces = outline.is_implicit() && outline.plane != "axisymmetric" &&
                       !outline.accelerates && choices.chance("displaces", 25);
-  outline.pressured = outline.projects() && choices.chance("pressured", 35);
+  const bool presses = outline.pores && !outline.functions.ends_with("spline");
+  outline.pressured = (outline.projects() || presses) && choices.chance("pressured", 35);
   outline.functions_of_time = choices.pick("functions_of_time", 3);
 }
 

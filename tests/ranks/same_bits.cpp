@@ -244,6 +244,14 @@ TEST_CASE("a liquid in pores across patches of several ranks") {
   check(saturated_cube("apic"), 80, threads_only);
 }
 
+TEST_CASE("water outside of saturated soil across patches of several ranks") {
+  for (const std::string scheme : {"usf", "musl"}) {
+    CAPTURE(scheme);
+    check(beside_water(saturated_block(scheme, "element")), 60, all_ways);
+    check(beside_water(saturated_block(scheme, "gimp")), 60, threads_only);
+  }
+}
+
 TEST_CASE("bodies in contact across patches of several ranks") {
   check(with_patches(in_contact(two_discs()), 40), 80, all_ways);
   check(with_patches(in_contact(dam_break_3d()), 100), 40, threads_only);

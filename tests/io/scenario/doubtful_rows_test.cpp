@@ -1,5 +1,5 @@
-// Warnings of single rows of nodes within the material: supports that do not hold it, and drains
-// that hold means of cells. And silence for those that do what they are meant for.
+// Warnings of single rows of nodes within the material: supports that do not hold it. And silence
+// for those that do what they are meant for.
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
@@ -45,33 +45,6 @@ std::string holding(const std::string& nset, const std::string& dir) {
   return fmt::format(R"("velocity_constraints": [{{"nset": "floor", "dir": "y", "velocity": 0}},
                           {{"nset": "{}", "dir": "{}", "velocity": 0}}])",
                      nset, dir);
-}
-
-/// Saturated soil that fills the mesh but for its uppermost cells.
-std::string said_of_drain(const std::string& nset, const std::string& analysis = "") {
-  const Scenario s = read_scenario_text(
-      fmt::format(R"({{"mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 4]}},
-      "boundary_conditions": {{
-        "velocity_constraints": [{{"nset": "base", "dir": "y", "velocity": 0}}],
-        "pressure_constraints": [{{"nset": "{}", "pressure": 0}}]}}}},
-    "sets": {{"nodes": {{
-      "base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
-      "middle": {{"box": {{"min": [0, 1.5], "max": [1, 1.5]}}}},
-      "well": {{"box": {{"min": [0.5, 1], "max": [0.5, 1]}}}},
-      "cell": {{"box": {{"min": [0, 1.5], "max": [1, 2]}}}},
-      "top": {{"box": {{"min": [0, 3], "max": [1, 3]}}}}}}}},
-    "materials": [
-      {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
-        "poisson_ratio": 0.2, "porosity": 0.4, "k_x": 1e-3}},
-      {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 1e8,
-        "dynamic_viscosity": 1e-3}}],
-    "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": ["soil", "water"],
-                     "region": {{"box": {{"min": [0, 0], "max": [1, 3]}}}}}}}}],
-    "external_loading_conditions": {{"gravity": [0, -9.81]}},
-    "analysis": {{"end_time": 1{}}}}})",
-                  nset, analysis),
-      "");
-  return format_problems(s.warnings, "warning");
 }
 
 }  // namespace
@@ -127,15 +100,4 @@ TEST_CASE("supports that hold are not warned of as single rows") {
   CHECK_FALSE(warns({.conditions = holding("row", "x"), .analysis = elements}));
   CHECK_FALSE(warns({.conditions = R"("velocity_constraints": [
                        {"nset_id": -1, "dir": "x", "velocity": 0}])"}));
-}
-
-TEST_CASE("drains within saturated soil are warned of where pore pressures are not smoothed") {
-  const std::string text =
-      " nodes inside of saturated soil hold the mean pressure of the cells around them alone";
-  CHECK(says(said_of_drain("middle"), "3" + text));
-  CHECK(says(said_of_drain("middle"), "[/mesh/boundary_conditions/pressure_constraints/0]"));
-  CHECK(says(said_of_drain("middle"), "hint: \"pore_pressure_smoothing\": true in analysis"));
-  CHECK(says(said_of_drain("well"), "1" + text));
-  for (const char* set : {"base", "top", "cell"}) CHECK_FALSE(says(said_of_drain(set), text));
-  CHECK_FALSE(says(said_of_drain("middle", R"(, "pore_pressure_smoothing": true)"), text));
 }

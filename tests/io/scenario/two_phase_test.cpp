@@ -26,7 +26,9 @@ std::string text_of(const Parts& parts) {
   return fmt::format(R"({{
     "mesh": {{"structured": {{"cell_size": 0.5, "extent": [1, 2]}}{},
       "boundary_conditions": {{"velocity_constraints": [{}]{}}}}},
-    "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}}}}}},
+    "sets": {{"nodes": {{"base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                        "middle": {{"box": {{"min": [0, 1], "max": [1, 1]}}}},
+                        "top": {{"box": {{"min": [0, 2], "max": [1, 2]}}}}}}}},
     "materials": [
       {{"name": "soil", "type": "LinearElastic", "density": 2650, "youngs_modulus": 1e7,
        "poisson_ratio": 0.2, {}}},
@@ -148,14 +150,17 @@ TEST_CASE("two phases: an end at rest is warned of, which does not see consolida
 }
 
 TEST_CASE("water that is held where its pressure is prescribed is warned of") {
-  const auto warns = [](const std::string& dir, const std::string& more, double pressure) {
+  const auto warns = [](const std::string& dir, const std::string& more, double pressure,
+                        const std::string& scheme = "projection") {
     const Parts parts{
         .constraints =
             fmt::format(R"({{"nset": "base", "dir": "{}", "velocity": 0{}}})", dir, more),
         .conditions = fmt::format(
             R"(, "pressure_constraints": [{{"nset": "base", "phase_id": 1, "pressure": {}}}])",
             pressure),
-        .analysis = R"("mpm_scheme": "projection", "dt": 1e-4, "end_time": 1)"};
+        .analysis = fmt::format(R"("mpm_scheme": "{}", "shape_functions": "element", "dt": 1e-4,
+                                    "end_time": 1)",
+                                scheme)};
     return says(warnings_of(read_scenario_text(text_of(parts), "")),
                 "water is held along y at the nodes where its pressure is prescribed");
   };
@@ -163,6 +168,60 @@ TEST_CASE("water that is held where its pressure is prescribed is warned of") {
   CHECK_FALSE(warns("y", R"(, "phase": "skeleton")", 1e3));
   CHECK_FALSE(warns("x", "", 1e3));
   CHECK_FALSE(warns("y", "", 0));
+  CHECK(warns("y", "", 1e3, "musl"));
+}
+
+TEST_CASE("prescribed pressures are of water outside or of nodes inside of saturated soil") {
+  const auto inside = [](const std::string& set, const std::string& analysis,
+                         const std::string& phase = "") {
+    const Model<2> model =
+        model_of({.constraints = fmt::format(R"({{"nset": "base", "dir": "y"{}, "velocity": 0}},
+                    {{"nset": -1, "dir": "x", "velocity": 0}})",
+                                             phase),
+                  .conditions = fmt::format(R"(, "pressure_constraints": [
+                    {{"nset": "{}", "phase_id": 1, "pressure": 1e3}}])",
+                                            set),
+                  .analysis = analysis});
+    std::vector<bool> found;
+    for (const NodePressure& given : entries_of<NodePressure>(model)) found.push_back(given.inside);
+    return found;
+  };
+  for (const std::string analysis : {R"("end_time": 1, "shape_functions": "element")",
+                                     R"("mpm_scheme": "projection", "dt": 1e-4, "end_time": 1)"}) {
+    CAPTURE(analysis);
+    CHECK(inside("top", analysis) == std::vector<bool>{false, false, false});
+    CHECK(inside("middle", analysis) == std::vector<bool>{true, true, true});
+    CHECK(inside("base", analysis) == std::vector<bool>{true, true, true});  // water is held there
+    CHECK(inside("base", analysis, R"(, "phase": "skeleton")") ==
+          std::vector<bool>{false, false, false});
+  }
+}
+
+TEST_CASE("with splines a pressure other than 0 is refused in explicit steps") {
+  const auto said = [](double pressure, const std::string& functions) {
+    return refusal(
+        {.conditions = fmt::format(
+             R"(, "pressure_constraints": [{{"nset": "base", "pressure": {}}}])", pressure),
+         .analysis = fmt::format(R"("end_time": 1, "shape_functions": "{}")", functions)});
+  };
+  const std::string text = "a pressure other than 0 is not supported yet with splines";
+  CHECK(says(said(1e3, "quadratic_spline"), text));
+  CHECK(said(0, "quadratic_spline") == "");
+  for (const char* functions : {"element", "gimp", "cpdi"}) CHECK(said(1e3, functions) == "");
+}
+
+TEST_CASE("with --as-cbgeo prescribed pressures do not press on the ground, which is said") {
+  const auto said = [](double pressure) {
+    ScenarioOptions options;
+    options.as_cbgeo = true;
+    return warnings_of(read_scenario_text(
+        text_of({.conditions = fmt::format(
+                     R"(, "pressure_constraints": [{{"nset": "base", "pressure": {}}}])", pressure),
+                 .analysis = R"("dt": 1e-5, "nsteps": 1)"}),
+        "", options));
+  };
+  CHECK(says(said(1e3), "but does not press on the ground with it"));
+  CHECK_FALSE(says(said(0), "press on the ground"));
 }
 
 TEST_CASE("layers of different porosity are warned of where they would not be at rest") {

@@ -116,6 +116,18 @@ inline Model<2> saturated_block(const std::string& scheme, const std::string& fu
     "post_processing": {"output_steps": 50, "history_steps": 10}})");
 }
 
+/// The same beside water whose pressure grows with time; a node of the wall is a well.
+inline Model<2> beside_water(Model<2> model) {
+  model.functions = {MathFunction{.x = {0, 0.05}, .f = {0.5, 2}}};
+  bool well = true;
+  for (NodePressure& given : entries_of<NodePressure>(model)) {
+    given.pressure = 4e3;
+    given.function = 0;
+    given.inside = std::exchange(well, false);
+  }
+  return model;
+}
+
 /// The same with hexahedra.
 inline Model<3> saturated_cube(const std::string& update) {
   const std::string functions = update == "flip" ? "element" : "quadratic_spline";
