@@ -178,11 +178,7 @@ void Gauges<Dim>::add_to(Found& found, Patch<Dim>& patch) const {
       found.maps.added.assign(cells * MapSums::n_added, 0);
       found.maps.least.assign(cells, nothing);
     }
-    for (const MapTerm& term : terms) {
-      for (std::size_t k = 0; k < MapSums::n_added; ++k)
-        found.maps.added[term.cell * MapSums::n_added + k] += term.added[k];
-      found.maps.least[term.cell] = std::min(found.maps.least[term.cell], term.minus_pressure);
-    }
+    for (const MapTerm& term : terms) lahar::add_to(found.maps, term);
   }
 }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "physics/base/simd.h"
 #include "runtime/step/gauge_sums.h"
 
 namespace lahar {
@@ -26,37 +28,73 @@ Index rounded(double share) {
   return whole + (rest >= 0.5) - (rest <= -0.5);
 }
 
-}  // namespace
+/// Particles of a patch, by raster cell.
+class TermsOfPatch {
+ public:
+  explicit TermsOfPatch(const MapPlan& plan) : plan_(plan), full_(full_volume(plan)) {}
 
-std::vector<MapTerm> map_terms(const Patch<3>& patch, const MapPlan& plan) {
-  std::vector<MapTerm> terms;
-  const double full = full_volume(plan);
-  for (const ParticleBlock<3>& block : blocks_of(patch)) {
+  void add(const ParticleBlock<3>& block) {
     const Particles<3>& particles = *block.particles;
     const auto x = particles.rows<3>(Column::x), v = particles.rows<3>(Column::v);
     const auto stress = particles.rows<3>(Column::stress);
     const double* V = particles.row(Column::volume);
     block.for_each_range([&](Local begin, Local end) {
+      MapTerm term{.cell = -1};
       for (Local p = begin; p < end; ++p) {
-        const double i = std::floor((x[0][p] - plan.low[0]) / plan.cell);
-        const double j = std::floor((x[1][p] - plan.low[1]) / plan.cell);
-        if (!(i >= 0 && j >= 0 && i < static_cast<double>(plan.n[0]) &&
-              j < static_cast<double>(plan.n[1])))
-          continue;
-        const auto cell =
-            static_cast<std::size_t>(static_cast<Index>(j) * plan.n[0] + static_cast<Index>(i));
-        if (terms.empty() || terms.back().cell != cell) terms.push_back({.cell = cell});
-        MapTerm& term = terms.back();
-        const double share = V[p] / full;
+        if (const Index cell = cell_at(x[0][p], x[1][p]); cell != term.cell) {
+          add(term);
+          term = {.cell = cell};
+        }
+        const double share = V[p] / full_;
         term.added[0] += rounded(share);
+        LAHAR_UNROLL
         for (std::size_t d = 0; d < 3; ++d)
           term.added[1 + d] += rounded(share * (v[d][p] / most_speed));
-        term.minus_pressure = std::min(
-            term.minus_pressure, ordered_bits((stress[0][p] + stress[1][p] + stress[2][p]) / 3));
+        term.trace = std::min(term.trace, stress[0][p] + stress[1][p] + stress[2][p]);
       }
+      add(term);
     });
   }
-  return terms;
+  std::vector<MapTerm> take() { return std::move(terms_); }
+
+ private:
+  /// -1 = beyond the raster.
+  Index cell_at(double x, double y) const {
+    const double i = std::floor((x - plan_.low[0]) / plan_.cell);
+    const double j = std::floor((y - plan_.low[1]) / plan_.cell);
+    const bool inside = i >= 0 && j >= 0 && i < static_cast<double>(plan_.n[0]) &&
+                        j < static_cast<double>(plan_.n[1]);
+    return inside ? static_cast<Index>(j) * plan_.n[0] + static_cast<Index>(i) : -1;
+  }
+  void add(const MapTerm& term) {
+    if (term.cell < 0) return;
+    if (terms_.empty() || terms_.back().cell != term.cell) {
+      terms_.push_back(term);
+      return;
+    }
+    MapTerm& last = terms_.back();
+    for (std::size_t k = 0; k < MapSums::n_added; ++k) last.added[k] += term.added[k];
+    last.trace = std::min(last.trace, term.trace);
+  }
+
+  const MapPlan& plan_;
+  double full_;
+  std::vector<MapTerm> terms_;
+};
+
+}  // namespace
+
+std::vector<MapTerm> map_terms(const Patch<3>& patch, const MapPlan& plan) {
+  TermsOfPatch terms(plan);
+  for (const ParticleBlock<3>& block : blocks_of(patch)) terms.add(block);
+  return terms.take();
+}
+
+void add_to(MapSums& sums, const MapTerm& term) {
+  const auto cell = static_cast<std::size_t>(term.cell);
+  for (std::size_t k = 0; k < MapSums::n_added; ++k)
+    sums.added[cell * MapSums::n_added + k] += term.added[k];
+  sums.least[cell] = std::min(sums.least[cell], ordered_bits(term.trace / 3));
 }
 
 std::vector<double> empty_maps(const MapPlan& plan) {

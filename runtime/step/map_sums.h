@@ -23,14 +23,16 @@ struct MapSums {
 
 /// Particles in a raster cell.
 struct MapTerm {
-  std::size_t cell;
+  Index cell;
   std::array<Index, MapSums::n_added> added{};
-  Index minus_pressure = std::numeric_limits<Index>::max();
+  double trace = std::numeric_limits<double>::infinity();  ///< [Pa] the least of their stresses
 };
 
 /// The particles of a patch that are in the raster, those of a cell together where they follow each
 /// other; three dimensions.
 std::vector<MapTerm> map_terms(const Patch<3>& patch, const MapPlan& plan);
+/// There is room in `sums`.
+void add_to(MapSums& sums, const MapTerm& term);
 
 /// Rasters of the whole run, as they are kept: by kind, one after the other.
 enum class MapKind { thickness, max_thickness, max_speed, max_pressure, arrival_time };

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <random>
 #include <set>
 
 #include "tests/runtime/step/gauge_models.h"
@@ -144,6 +145,39 @@ TEST_CASE("gauges at places are means of the particles in frames, bit for bit") 
   CHECK(column[2] == run.exact([&](Index i) {
     return share(i, plan, 0.1, 2) * run.value("velocity", i, 0);
   }) / above);
+}
+
+TEST_CASE("no particle around a place is left out, wherever the place lies in its cell") {
+  Model<3> model = gauged();
+  auto& gauges = model.output.measured.gauges;
+  gauges.clear();
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int k = 0; k < 60; ++k) {
+    Gauge& gauge = gauges.emplace_back();
+    gauge.name = std::to_string(k);
+    gauge.places = {{0.4 * share(random), 0.4 * share(random), 0.3 * share(random)}};
+    gauge.radius.fill(0.02 + 0.1 * share(random));
+    gauge.fields = {"velocity"};
+  }
+  const Beside run = at_end(model);
+  int measured = 0;
+  for (const Gauge& gauge : gauges) {
+    CAPTURE(gauge.name);
+    const auto weight = [&](Index i) {
+      return hat(run.vector(i), gauge.places[0], gauge.radius[0], 3) * run.value("volume", i);
+    };
+    const double sum = run.exact(weight);
+    const double velocity = run.values.at(gauge.name)[2];
+    if (sum > 0) {
+      ++measured;
+      CHECK(velocity ==
+            run.exact([&](Index i) { return weight(i) * run.value("velocity", i, 2); }) / sum);
+    } else {
+      CHECK(std::isnan(velocity));
+    }
+  }
+  CHECK(measured > 40);
 }
 
 TEST_CASE("the thickness of level ground is its own, wherever the gauge is, also at a wall") {
