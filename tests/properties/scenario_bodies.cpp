@@ -10,6 +10,8 @@ namespace lahar::test {
 
 namespace {
 
+constexpr double bed_height = 0.3;  ///< cells that a rigid body has below all others
+
 /// A body's place, in cells: its lowest corner, and its edges.
 struct Place {
   std::vector<double> low, size;
@@ -26,8 +28,9 @@ Place place_of(Choices& choices, const Outline& outline, int body) {
     place.size.push_back(size);
     place.low.push_back(std::clamp(low + choices.pick(of + ".place", 5), 0, room - size));
   }
+  const auto up = static_cast<std::size_t>(outline.dim) - 1;
   if (outline.solves == "equilibrium" && !choices.chance(name("body", body, "falls"), 10))
-    place.low.back() = 0;
+    place.low[up] = choices.chance("rigid", 30) ? bed_height : 0;
   place.low.resize(3, 0.0);
   place.size.resize(3, 0.0);
   return place;
@@ -144,7 +147,8 @@ Json bodies_of(Choices& choices, const Outline& outline, GeneratedCase& made, Js
 Json rigid_bodies_of(Choices& choices, const Outline& outline) {
   Json all = Json::array();
   const bool fits = outline.scheme != "usl" && !outline.second_order && !outline.cbgeo &&
-                    outline.plane != "stress" && !outline.pores && !outline.projects();
+                    outline.plane != "stress" && !outline.projects() &&
+                    (!outline.pores || outline.scheme == "musl");
   if (!fits || !choices.chance("rigid", 30)) return all;
   const int up = outline.dim - 1;
   const auto at = [&](double share, double cells) {  // share of the extent along all but the last
@@ -159,12 +163,13 @@ Json rigid_bodies_of(Choices& choices, const Outline& outline) {
     return v;
   };
   const double friction = choices.number("rigid.friction", 0.4, 0, 1);
-  all.push_back({{"region", {{"half_space", {{"point", at(0, 0.3)}, {"normal", along_last(1)}}}}},
-                 {"friction", friction}});
+  all.push_back(
+      {{"region", {{"half_space", {{"point", at(0, bed_height)}, {"normal", along_last(1)}}}}},
+       {"friction", friction}});
   if (outline.shapes && choices.chance("rigid.bed", 60)) all[0]["region"] = {{"below", "bed"}};
   if (choices.chance("rigid.sticky", 30)) all[0]["cohesion"] = 50;
   if (outline.is_implicit()) return all;  // which have none that move
-  if (choices.chance("rigid.free", 60))
+  if (!outline.pores && choices.chance("rigid.free", 60))
     all.push_back(
         {{"region", {{"sphere", {{"centre", at(0.5, 0.65)}, {"radius", 0.3 * outline.h.back()}}}}},
          {"density", choices.number("rigid.density", 2000, 100, 5000)},

@@ -186,7 +186,8 @@ Json materials_of(Choices& choices, Outline& outline, GeneratedCase& made) {
     const std::string of = name("material", m, "");
     Json law = law_of(choices, of);
     const bool is_fluid = law["type"] == "Newtonian" || law["type"] == "Bingham";
-    if (outline.pores && is_fluid) law = elastic(choices, of, "NeoHookean");
+    const bool holds = outline.pores || outline.solves == "equilibrium";
+    if (holds && is_fluid) law = elastic(choices, of, "NeoHookean");
     const bool is_soil = law["type"] == "ModifiedCamClay" || law["type"] == "NorSand";
     if (outline.is_implicit() && outline.dim == 3 && is_soil)  // steps would take seconds
       law = elastic(choices, of, "LinearElastic");
