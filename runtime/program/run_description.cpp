@@ -213,10 +213,14 @@ void describe_duration(Console& console, const ModelOutline& model, const Simula
   constexpr double day = 86400, minute = 60, hour = 3600;
   const double seconds = estimated_seconds(model, info);
   if (!std::isfinite(seconds)) return;  // nobody can tell
+  const auto about = [](double number, const char* unit) {
+    const std::string digits = fmt::format("{:.2g}", number);
+    return fmt::format("{} {}{}", digits, unit, digits == "1" ? "" : "s");
+  };
   const std::string text = seconds < minute ? "less than a minute"
-                           : seconds < hour ? fmt::format("{:.2g} minutes", seconds / minute)
-                           : seconds < day  ? fmt::format("{:.2g} hours", seconds / hour)
-                                            : fmt::format("{:.2g} days", seconds / day);
+                           : seconds < hour ? about(seconds / minute, "minute")
+                           : seconds < day  ? about(seconds / hour, "hour")
+                                            : about(seconds / day, "day");
   const std::string steps =
       fmt::format("{}{} steps", model.analysis.step.adaptive ? "about " : "",
                   format_count(static_cast<Index>(std::ceil(steps_of(model.analysis, info)))));

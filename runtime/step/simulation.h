@@ -135,6 +135,7 @@ struct SimulationInfo {
   Index splits = 0;                         ///< of patches, since the start
   std::vector<InjectedMass> injected = {};  ///< by generator, where that is asked (Injection::flow)
   double mass_at_start = 0;                 ///< [kg]
+  Index particles_at_start = 0;
   double energy_scale = 0;  ///< [J] of the watchdog: most that was put in; 0 without one
   double dt_limit = 0;      ///< [s] smallest h / (c + |v|) at present
   double dt = 0;            ///< [s] of the next step

@@ -442,6 +442,7 @@ SimulationInfo SimulationDriver<Dim>::info() const {
                              .once = once});
   }
   info.mass_at_start = history_.start().mass;
+  info.particles_at_start = history_.start().particles;
   info.energy_scale = watch_.energy_scale(info.mass_at_start);
   info.dt_limit = limits_.present(ranks_);
   info.dt = time_.dt_of(step_);

@@ -106,7 +106,8 @@ TEST_CASE("rasters that cannot be the ground of a model are refused") {
        dem,
        below,
        "GDAL cannot read a raster from 'dem.asc': `dem.asc' not recognized as a supported file "
-       "format.\nhint: ESRI ASCII grids and GeoTIFF are rasters\n"},
+       "format.\nhint: ESRI ASCII grids and GeoTIFF are read; gdal_translate converts other "
+       "formats\n"},
       {"elsewhere on the map",
        {write("dem.asc", ascii_grid(grid(430000, 5100000)))},
        dem,
@@ -206,7 +207,7 @@ TEST_CASE("polygons and regions that name them wrongly are refused") {
        field,
        under,
        "GDAL cannot read polygons from 'field.json': Failed to read GeoJSON data\nhint: "
-       "GeoJSON and shapefiles are\n"},
+       "GeoJSON and shapefiles are read; ogr2ogr converts other formats\n"},
       {"an outline that crosses itself",
        {polygons({{{{1, 1}, {4, 4}, {4, 1}, {1, 4}}}})},
        field,
