@@ -311,10 +311,9 @@ void ScenarioBuilder<Dim>::find_reaches() {
     const double section = p.volume[i] / depth_at(model_.analysis, p.x[i][0]);
     const double half = 0.5 * std::pow(section, 1.0 / Dim);
     const auto [depth, normal] = depth_below_surface(*solid, p.x[i], 2 * half);
-    const bool in_row = is_along_axis<Dim>(normal), behind = in_row && has_slivers;
+    const bool in_row = is_along_axis<Dim>(normal);
     // Further inside a particle is as large as its volume.
-    const double first_row = (behind ? behind_sliver : 2.0) * half;
-    p.reach[i] = depth > first_row ? half : std::max(depth, 1e-6 * half);
+    p.reach[i] = depth > 2 * half ? half : std::max(depth, 1e-6 * half);
     // Parts of cells that count as a whole end where their volume does.
     p.extent[i] = in_row && !has_slivers ? half : p.reach[i];
   });

@@ -160,13 +160,13 @@ void limit_spring(Touching<Dim>& p, const ContactBin& bin, double longest) {
 
 /// The area on which cohesion with a surface of this normal acts [m^2]. It counts once, but
 /// particles may touch that lie behind others. Where rows of particles lie along the surface the
-/// first row has all of it: others do not touch, but one behind a thin sliver, which hardly does
-/// (behind_sliver). Where the surface cuts rows, those touch that lie in a layer as thick as a
-/// particle: the area is their volume over this thickness.
+/// first row has all of it: particles whose material ends no further than half of their size away,
+/// or behind a thin sliver, which then hardly touches. Where the surface cuts rows, those touch
+/// that lie in a layer as thick as a particle: the area is their volume over this thickness.
 template <int Dim>
 double sticky_area(const Touching<Dim>& p, const Vec<Dim>& normal) {
   constexpr double whole = 0.95;
-  if (is_along_axis<Dim>(normal)) return p.area;
+  if (is_along_axis<Dim>(normal)) return p.extent <= behind_sliver * 0.5 * p.edge ? p.area : 0.0;
   const double reach = p.reach / (0.5 * p.edge);
   const double thickness = reach < whole ? std::max(p.edge, 0.5 * p.h) : p.edge;
   return p.depth * p.section / thickness;
