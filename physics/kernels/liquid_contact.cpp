@@ -74,7 +74,7 @@ template <int Dim>
 void press_at_start(Patch<Dim>& patch, const Bodies<Dim>& bodies, Local p, Touching<Dim>& at) {
   constexpr double closed = 0.1;  // of its edge: where slivers were left out
   const ContactRows<Dim> rows(patch.particles);
-  const auto liquid = patch.particles.template rows<Dim>(Column::contact_liquid);
+  const bool has_liquid = patch.particles.layout().has(Column::contact_liquid);
   const Vec<Dim> x = get<Dim>(rows.x, p);
   Vec<Dim> all = Vec<Dim>::Zero();
   double reach = at.reach;
@@ -83,12 +83,14 @@ void press_at_start(Patch<Dim>& patch, const Bodies<Dim>& bodies, Local p, Touch
     if (near.distance > at.reach + closed * at.edge) continue;
     const double area = pressed_area(at, near.normal);
     const double grains = std::max(0.0, -area * stress_across(patch.particles, p, near.normal));
+    const double liquid = has_liquid ? area * patch.particles.row(Column::pore_pressure)[p] : 0.0;
+    if (grains == 0.0 && liquid == 0.0) continue;
     reach = std::max(reach, near.distance + grains / at.stiffness);
-    all += area * patch.particles.row(Column::pore_pressure)[p] * near.normal;
+    all += liquid * near.normal;
   }
   at.extent = rows.extent[p] += reach - at.reach;
   at.reach = rows.reach[p] = reach;
-  set<Dim>(liquid, p, all);
+  if (has_liquid) set<Dim>(patch.particles.template rows<Dim>(Column::contact_liquid), p, all);
 }
 
 template <int Dim>

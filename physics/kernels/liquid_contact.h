@@ -19,15 +19,15 @@
 /// of grains and liquid of the particle. Grains and liquid together yield to a pressure as half a
 /// cell of saturated soil does, and share it as this would. Along the surface the liquid is free.
 ///
-/// What begins at a body presses it with the stresses that it has: the liquid would not let springs
-/// of grains yield. Where a body is left, P ends.
+/// What begins at a body presses it with the pressure that it has. Where a body is left, P ends.
 #pragma once
 
 #include "physics/kernels/contact_springs.h"
 
 namespace lahar {
 
-/// A particle that bodies see for the first time and that touches one.
+/// A particle that bodies see for the first time and that touches one: it presses them with its
+/// stresses, and with the pressure in its pores. Explicit steps.
 template <int Dim>
 void press_at_start(Patch<Dim>& patch, const Bodies<Dim>& bodies, Local p, Touching<Dim>& at);
 

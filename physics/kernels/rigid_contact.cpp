@@ -233,7 +233,7 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
             }
             move_with_step(at[lane], common, move, step.dt);
             if (!implicit) limit_spring(at[lane], common, longest);
-            if (at[lane].is_new && common.liquid)
+            if (at[lane].is_new && !implicit)
               press_at_start(patch, bodies, first + static_cast<Local>(lane), at[lane]);
           });
           const auto now = touch(at, near, rows, first, bodies, patch.reactions);

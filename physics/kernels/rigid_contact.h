@@ -2,8 +2,9 @@
 ///
 /// A particle is a ball. It touches a body where its centre is nearer to the surface than its reach
 /// r: half of the edge of its volume at the start, or its distance at the start if that is less. So
-/// nothing is pushed at the start. With the gap g = distance - r < 0, the unit normal n out of the
-/// body, and the velocity w of the particle relative to the body:
+/// nothing is pushed at the start, but what begins with stresses presses at once as these say: r is
+/// longer by -n.(sigma n) A / k (press_at_start()). With the gap g = distance - r < 0, the unit
+/// normal n out of the body, and the velocity w of the particle relative to the body:
 ///
 ///     N = max(0, -k g - c w.n)
 ///     T = (1 - n n^T) (T - k dt w),  S = T - (1 - n n^T) c w,  |T|, |S| <= mu N + cohesion A
