@@ -64,10 +64,6 @@ std::string name_of(OGRSpatialReferenceH reference) {
   return name && *name ? name : "without a name";
 }
 
-}  // namespace
-
-namespace {
-
 /// GDAL reads files of the same name with other endings, such as .prj and .dbf.
 void check_neighbours(const MapFile& file) {
   namespace fs = std::filesystem;

@@ -44,7 +44,8 @@ struct Raster::Source {
     return std::isfinite(values[i]) && values[i] != static_cast<float>(no_data) &&
            (mask.empty() || mask[i] != 0);
   }
-  /// What a number of the file means. Throws InputError if it is no number of single precision.
+  /// A number of the file times its scale, plus its offset. Throws InputError if single precision
+  /// does not hold it.
   float value(float number) const;
   /// Refuses values of single cells that mean that nothing is known there, where the file does not
   /// say so.

@@ -166,11 +166,10 @@ Geometry<Dim> ScenarioBuilder<Dim>::from_raster(const JsonValue& names, std::str
     need_memory(names, copies_of_heights * sizeof(float) * points,
                 fmt::format("a raster of {} points", format_count(part.points())));
     const double reading = raster->bytes_at_once(part);
-    need_memory(
-        names, reading,
-        fmt::format("reading cells of {} x {} m, of which a point is the mean of {} x {}",
-                    part.spacing.x() / static_cast<double>(part.factor),
-                    part.spacing.y() / static_cast<double>(part.factor), part.factor, part.factor));
+    need_memory(names, reading,
+                fmt::format("reading {0} x {0} cells of {1} x {2} m for each point", part.factor,
+                            part.spacing.x() / static_cast<double>(part.factor),
+                            part.spacing.y() / static_cast<double>(part.factor)));
     auto heights = heights_of(*raster, part, names);
     memory_ -= reading;
     if (heights.empty()) return out;

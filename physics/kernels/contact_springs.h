@@ -158,6 +158,10 @@ void limit_spring(Touching<Dim>& p, const ContactBin& bin, double longest) {
   p.damping = 2 * damping_ratio * std::sqrt(p.stiffness * p.swings);
 }
 
+/// Distance of a particle to the end of the material in front of it, over half of its edge, from
+/// which on this sliver holds what touches the surface: it is 0.35 of a particle thick.
+inline constexpr double behind_sliver = 1.7;
+
 /// The area on which cohesion with a surface of this normal acts [m^2]. It counts once, but
 /// particles may touch that lie behind others. Where rows of particles lie along the surface the
 /// first row has all of it: particles whose material ends no further than half of their size away,

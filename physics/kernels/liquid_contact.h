@@ -26,11 +26,6 @@
 
 namespace lahar {
 
-/// A particle that bodies see for the first time and that touches one: it presses them with its
-/// stresses, and with the pressure in its pores. Explicit steps.
-template <int Dim>
-void press_at_start(Patch<Dim>& patch, const Bodies<Dim>& bodies, Local p, Touching<Dim>& at);
-
 /// P after the step, when particles have moved; liquid_discharge() comes first. Adds it to
 /// Patch::reactions.
 template <int Dim>

@@ -176,6 +176,53 @@ std::array<Touched<Dim>, lanes<Pack>> touch(const TouchingPack<Dim>& at, unsigne
   return now;
 }
 
+/// The area on which what begins at a body presses it [m^2]: that of cohesion, but a sliver, which
+/// yields, leaves all to the row behind it.
+template <int Dim>
+double pressed_area(const Touching<Dim>& p, const Vec<Dim>& normal) {
+  const double across = p.area / p.depth, side = Dim == 2 ? across : std::sqrt(across);
+  const bool is_sliver = p.section / across < (0.5 * behind_sliver - 0.5) * side;
+  return is_along_axis<Dim>(normal) && is_sliver ? 0.0 : sticky_area(p, normal);
+}
+
+/// n . stress n
+template <int Dim>
+double stress_across(const Particles<Dim>& particles, Local p, const Vec<Dim>& n) {
+  constexpr int shear[2][3] = {{3, 0, 0}, {3, 5, 4}};  // rows of xy, xz, yz
+  const auto stress = [&](int row) { return particles.row(Column::stress, row)[p]; };
+  double sum = 0;
+  for (int a = 0; a < Dim; ++a) {
+    sum += n[a] * n[a] * stress(a);
+    for (int b = a + 1; b < Dim; ++b) sum += 2 * n[a] * n[b] * stress(shear[Dim - 2][a + b - 1]);
+  }
+  return sum;
+}
+
+/// A particle that bodies see for the first time and that touches one: it presses them with its
+/// stresses, and with the pressure in its pores. Explicit steps.
+template <int Dim>
+void press_at_start(Patch<Dim>& patch, const Bodies<Dim>& bodies, Local p, Touching<Dim>& at) {
+  constexpr double closed = 0.1;  // of its edge: where slivers were left out
+  const ContactRows<Dim> rows(patch.particles);
+  const bool has_liquid = patch.particles.layout().has(Column::contact_liquid);
+  const Vec<Dim> x = get<Dim>(rows.x, p);
+  Vec<Dim> all = Vec<Dim>::Zero();
+  double reach = at.reach;
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    const auto near = bodies.nearest(k, x);
+    if (near.distance > at.reach + closed * at.edge) continue;
+    const double area = pressed_area(at, near.normal);
+    const double grains = std::max(0.0, -area * stress_across(patch.particles, p, near.normal));
+    const double liquid = has_liquid ? area * patch.particles.row(Column::pore_pressure)[p] : 0.0;
+    if (grains == 0.0 && liquid == 0.0) continue;
+    reach = std::max(reach, near.distance + grains / at.stiffness);
+    all += liquid * near.normal;
+  }
+  at.extent = rows.extent[p] += reach - at.reach;
+  at.reach = rows.reach[p] = reach;
+  if (has_liquid) set<Dim>(patch.particles.template rows<Dim>(Column::contact_liquid), p, all);
+}
+
 }  // namespace
 
 template <int Dim>

@@ -11,8 +11,4 @@ bool is_along_axis(const Eigen::Matrix<double, Dim, 1>& normal) {
   return normal.cwiseAbs().maxCoeff() > 0.99;
 }
 
-/// Distance of a particle to the end of the material in front of it, over half of its edge, from
-/// which on this sliver holds what touches the surface: it is 0.35 of a particle thick.
-inline constexpr double behind_sliver = 1.7;
-
 }  // namespace lahar

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "io/base/base64.h"
 #include "tests/fuzz/mutation_values.h"
 
 namespace lahar::fuzz {
@@ -176,19 +177,7 @@ std::string from_base64(std::string_view text) {
   return bytes;
 }
 
-std::string to_base64(const std::string& bytes) {
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : digits[bits >> (18 - 6 * k) & 63U];
-  }
-  return text;
-}
-
-/// The numbers of an array in base 64, of which the first say how many bytes follow.
+/// The numbers of an array in base 64. The first ones say how many bytes follow.
 std::string mutate_base64(std::string text, Random& random) {
   std::vector<std::pair<std::size_t, std::size_t>> runs;
   const auto is_digit = [&](std::size_t i) {
@@ -205,7 +194,7 @@ std::string mutate_base64(std::string text, Random& random) {
   const std::string bytes = from_base64(std::string_view(text).substr(at, n));
   return text.replace(
       at, n,
-      to_base64(one_in(4, random) ? mutate_parts(bytes, 8, random) : mutate_field(bytes, random)));
+      base64(one_in(4, random) ? mutate_parts(bytes, 8, random) : mutate_field(bytes, random)));
 }
 
 /// A word between blanks, quotes, commas or brackets becomes another.

@@ -30,7 +30,7 @@ constexpr double most_points = 1e6;
 
 /// The file that is read: the first of a bundle, which has no scenario of its own.
 const BundledFile& first_file(const std::vector<BundledFile>& files) {
-  if (files.size() < 2) throw InputError("there is no file");
+  if (files.size() < 2) throw InputError("this input has no file");
   return files[1];
 }
 

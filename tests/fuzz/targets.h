@@ -22,7 +22,7 @@ enum class Form {
   bundle,    ///< several files, of which the first is JSON
   bytes,     ///< one file of any kind
   sections,  ///< sections.h
-  formats,   ///< several files, of which each is changed as its ending says
+  formats,   ///< several files; each is changed as its ending says
 };
 
 struct Seed {

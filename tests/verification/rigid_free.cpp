@@ -148,7 +148,7 @@ TEST_CASE("rigid bodies: a free top whose moments of inertia are given precesses
 TEST_CASE("rigid bodies: shells roll down by their moments of inertia, also in space") {
   constexpr double angle = 20 * std::numbers::pi / 180, time = 0.5, g = 9.81, radius = 0.5;
   const Vec<3> gravity = g * Vec<3>(std::sin(angle), 0, -std::cos(angle));
-  // Of a solid ball, of a shell, and of all mass at the rim.
+  // A solid ball, a shell, and all mass at the rim.
   for (const double share : {0.4, 2.0 / 3, 1.0}) {
     const double moment = share * 1000 * radius * radius;
     std::string bodies =

@@ -194,7 +194,7 @@ TEST_CASE("rigid bodies: cohesion holds a block by its area, wherever its box cu
     const HistoryRow free = motion(0);
     const double cohesion = 0.5 * pull * free.mass / length;
     const HistoryRow held = motion(cohesion);
-    // What gravity gives while it grows and is no more than cohesion is not lost.
+    // Cohesion holds the block until gravity has grown to half.
     const double expected = 0.5 * pull * (0.3 - 0.1) + 0.5 * 0.5 * pull * (0.1 - 0.05);
     MESSAGE(fmt::format("floor at {} m: {:.4f} m/s of {:.4f}", level, held.momentum[0] / held.mass,
                         expected));

@@ -383,7 +383,7 @@ TEST_CASE("cells that a file cannot have, and their memory, are known before the
   if (!has_gdal()) return;
   const Folder folder;
   std::string text = geotiff(plane_grid(4, 3, 0, 0, 1));
-  // The numbers of columns and rows, and of rows of a strip, of which there is one without data.
+  // Columns, rows, and rows of a strip. The only strip has no data.
   const std::uint32_t many = 100000, none = 0;
   std::uint32_t head = 0;
   std::memcpy(&head, text.data() + 4, sizeof head);

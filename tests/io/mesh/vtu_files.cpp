@@ -5,6 +5,7 @@
 
 #include <cstring>
 
+#include "io/base/base64.h"
 #include "io/mesh/element_file.h"
 #include "physics/mesh/element_grid.h"
 #include "physics/mesh/mesh.h"
@@ -14,20 +15,6 @@ using namespace lahar;
 namespace {
 
 enum class Way { ascii, base64, zlib, raw, raw_zlib, appended_base64 };
-
-std::string base64(const std::string& bytes) {
-  constexpr std::string_view digits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : digits[bits >> (18 - 6 * k) & 63];
-  }
-  return text;
-}
 
 template <class T>
 std::string bytes_of(const std::vector<T>& values) {
