@@ -101,7 +101,7 @@ std::vector<Vec<Dim>> sum_at_centre(const Patch<Dim>& patch, const ParticleBin& 
 
 template <int Dim>
 void for_given_pressures(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
-                         const TakeForce& take) {
+                         const TakeForces<Dim>& take) {
   if (patch.fixed_pressure.empty()) return;
   const Analysis& analysis = step.model->analysis;
   const bool linear = analysis.functions != ShapeFunctions::element && patch.cartesian;
@@ -140,14 +140,13 @@ void for_given_pressures(const Patch<Dim>& patch, const StepContext<Dim>& step, 
           force = sum_of_bin<Dim>(patch, bin, p_g, linear || has_centre ? mean : std::nan(""),
                                   linear ? corner : own, own);
         }
-        for (std::size_t i = 0; i < force.size(); ++i)
-          for (int d = 0; d < Dim; ++d) take(bin, nodes[i], d, force[i][d]);
+        take(bin, nodes, force);
       });
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                                                     \
   template void for_given_pressures<Dim>(const Patch<Dim>&, const StepContext<Dim>&, ParticleBins, \
-                                         const TakeForce&);
+                                         const TakeForces<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

@@ -6,20 +6,24 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "physics/particles/patch.h"
 
 namespace lahar {
 
-using TakeForce = std::function<void(const ParticleBin&, Local node, int d, double force)>;
+/// Gets the forces on the nodes of a bin.
+template <int Dim>
+using TakeForces = std::function<void(const ParticleBin&, const Local* nodes,
+                                      const std::vector<Vec<Dim>>& forces)>;
 
-/// Call take(bin, node, d, f_d) for the nodes of the bins that have such pressures, with
+/// Call take(bin, nodes, f) for the bins that have such pressures, with
 /// f = sum_p V (p_g grad N + N grad p_g) [N]. Where the pore pressure acts at the centre of a cell
 /// (map_liquid_forces()), so does p_g. Else the mean of p_g over the particles of a cell is made
 /// that at its centre: with the ground that settles within its cells, they would leave the pressure
 /// behind.
 template <int Dim>
 void for_given_pressures(const Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
-                         const TakeForce& take);
+                         const TakeForces<Dim>& take);
 
 }  // namespace lahar

@@ -86,9 +86,11 @@ double loads_on(const Patch<Dim>& patch, const StepContext<Dim>& step) {
       sum += std::abs(point.force * load_factor(*step.model, point.function, step.time));
   if (given_pressures_press(step.model->analysis)) {
     std::vector<ParticleBin> bins = patch.bins;  // kernels take such as they may change
-    for_given_pressures<Dim>(patch, step, bins, [&](const ParticleBin&, Local, int, double force) {
-      sum += std::abs(force);
-    });
+    for_given_pressures<Dim>(patch, step, bins,
+                             [&](const ParticleBin&, const Local*, const auto& forces) {
+                               for (const Vec<Dim>& force : forces)
+                                 sum += force.template lpNorm<1>();
+                             });
   }
   return sum;
 }

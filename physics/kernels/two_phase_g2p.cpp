@@ -220,12 +220,15 @@ void update_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Parti
   patch.work.internal += reduce(work);
   if (!given_pressures_press(step.model->analysis)) return;
   for_given_pressures<Dim>(
-      patch, step, bins, [&](const ParticleBin& bin, Local node, int d, double force) {
-        const double *v = at(nodal ? patch.liquid.discharge : patch.velocity, node),
-                     *v_l = nodal ? v : at(patch.liquid.velocity, node);
+      patch, step, bins, [&](const ParticleBin& bin, const Local* nodes, const auto& forces) {
         const double n =
             nodal ? 1.0 : mean_porosity(patch, Pores(*materials[bin.material].liquid), bin);
-        patch.work.external -= step.dt * force * (v[d] + n * (v_l[d] - v[d]));
+        for (std::size_t i = 0; i < forces.size(); ++i) {
+          const double *v = at(nodal ? patch.liquid.discharge : patch.velocity, nodes[i]),
+                       *v_l = nodal ? v : at(patch.liquid.velocity, nodes[i]);
+          for (int d = 0; d < Dim; ++d)
+            patch.work.external -= step.dt * forces[i][d] * (v[d] + n * (v_l[d] - v[d]));
+        }
       });
 }
 
@@ -245,14 +248,15 @@ void take_pore_pressure(Patch<Dim>& patch, const StepContext<Dim>& step, Particl
           return find_node(patch.fixed_pressure, node) != nullptr;
         });
         if (!smooths && !given) return;
-        for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
-          Pack N[n_nodes], sum(0.0);
-          basis.functions(p, N);
-          LAHAR_UNROLL
-          for (int i = 0; i < n_nodes; ++i) sum = multiply_add(sum, N[i], &nodal[nodes[i]]);
-          store_first(sum, value + p, bin.end - p);
-        }
-        if (!smooths && !analysis.volume_as_cbgeo) {
+        if (smooths || analysis.volume_as_cbgeo) {
+          for (Local p = bin.begin; p < bin.end; p += lanes<Pack>) {
+            Pack N[n_nodes], sum(0.0);
+            basis.functions(p, N);
+            LAHAR_UNROLL
+            for (int i = 0; i < n_nodes; ++i) sum = multiply_add(sum, N[i], &nodal[nodes[i]]);
+            store_first(sum, value + p, bin.end - p);
+          }
+        } else {
           // The mean of the changes that its corners want, by their functions: these have it then.
           const auto corner = patch.topology.element_nodes(static_cast<std::size_t>(bin.cell));
           double all = 0, share = 0;

@@ -144,14 +144,17 @@ void add_given_pressures(Patch<Dim>& patch, const StepContext<Dim>& step, Partic
   double* mixture = patch.own_sums(NodeSum::force, step.step);
   double* liquid = patch.own_sums(NodeSum::liquid_force, step.step);
   for_given_pressures<Dim>(
-      patch, step, bins, [&](const ParticleBin& bin, Local node, int d, double force) {
+      patch, step, bins, [&](const ParticleBin& bin, const Local* nodes, const auto& forces) {
         const double of_liquid =
             has_nodal_porosity(step.model->analysis)
                 ? 1.0
                 : mean_porosity(patch, Pores(*step.model->materials[bin.material].liquid), bin);
-        const auto at = static_cast<std::ptrdiff_t>(node) * sum_stride + d;
-        mixture[at] -= share * force;
-        liquid[at] -= share * of_liquid * force;
+        for (std::size_t i = 0; i < forces.size(); ++i)
+          for (int d = 0; d < Dim; ++d) {
+            const auto at = static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride + d;
+            mixture[at] -= share * forces[i][d];
+            liquid[at] -= share * of_liquid * forces[i][d];
+          }
       });
 }
 
