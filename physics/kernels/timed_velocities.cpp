@@ -62,7 +62,7 @@ template <int Dim>
 void for_each_sudden(Patch<Dim>& patch, const StepContext<Dim>& step, auto own, auto mass,
                      auto add) {
   const Analysis& analysis = step.model->analysis;
-  if (!analysis.sudden_velocities || step.step != analysis.first_step) return;
+  if (!analysis.sudden_velocities || !step.begins) return;
   const SumOverPatches<Dim> mapped(patch, NodeSum::mass_momentum, step.step);
   const auto reach = [&](Local node, const Vec<Dim>& axis, double velocity) {
     const double part = own(node);

@@ -117,11 +117,12 @@ template <int Dim>
 struct StepContext {
   const Model<Dim>* model = nullptr;
   const Partition<Dim>* partition = nullptr;
-  Index step = 0;   ///< updates done before this one
+  Index step = 0;   ///< updates done before this one, or rounds of a solver
   double time = 0;  ///< [s] at the beginning of the step
   double dt = 0;    ///< [s]
   /// Where free rigid bodies are at the end of the step, by body; null without any.
   const Placement<Dim>* placements = nullptr;
+  bool begins = false;  ///< it is the first step of the run
 };
 
 /// Particles on their way from one patch to another.

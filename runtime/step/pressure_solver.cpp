@@ -41,7 +41,7 @@ PressureSolver<Dim>::PressureSolver(const Model<Dim>& model, PatchSet<Dim>& patc
 
 template <int Dim>
 StepContext<Dim> PressureSolver<Dim>::context(Step round) const {
-  return {&model_, &patches_.partition(), round, time_, dt_};
+  return {&model_, &patches_.partition(), round, time_, dt_, nullptr, first_};
 }
 
 template <int Dim>
@@ -57,6 +57,7 @@ template <int Dim>
 PressureReport PressureSolver<Dim>::solve(double time, double dt, bool first) {
   time_ = time;
   dt_ = dt;
+  first_ = first;
   PressureReport report;
   const double begin = seconds();
   system_.run(1);

@@ -53,6 +53,7 @@ class PressureSolver {
   PatchSet<Dim>& patches_;
   Communicator ranks_;
   double time_ = 0, dt_ = 0;
+  bool first_ = false;
   std::array<double, n_sums> sums_{};
   Step last_round_ = 0;
   Rounds<Dim> system_;

@@ -241,8 +241,8 @@ std::string SimulationDriver<Dim>::no_equilibrium(const ImplicitReport& report) 
 
 template <int Dim>
 void SimulationDriver<Dim>::find_pressure() {
-  const PressureReport report =
-      pressure_->solve(time_.time_at(step_), time_.dt_of(step_), step_ == 0);
+  const PressureReport report = pressure_->solve(time_.time_at(step_), time_.dt_of(step_),
+                                                 step_ == model_.analysis.first_step);
   ++solves_.steps;
   solves_.linear_iterations += report.iterations;
   solves_.linearize += report.assemble_seconds;

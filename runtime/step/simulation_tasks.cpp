@@ -141,7 +141,8 @@ StepContext<Dim> SimulationDriver<Dim>::context(Step step, bool has_dt) const {
           step,
           time_.time_at(step),
           has_dt ? time_.dt_of(step) : std::numeric_limits<double>::quiet_NaN(),
-          has_dt ? rigid_.after(step) : nullptr};
+          has_dt ? rigid_.after(step) : nullptr,
+          step == model_.analysis.first_step};
 }
 
 template <int Dim>

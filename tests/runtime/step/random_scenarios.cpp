@@ -174,6 +174,13 @@ TEST_CASE("random scenarios give the serial loop's bits, interrupted or not") {
   CHECK(tally.refused <= tally.cases / 10);
 }
 
+// Rounds of its solver begin at zero, as steps of a run do.
+TEST_CASE("a projection that goes on does not let nodes get their velocities at once again") {
+  const Tally tally = tries({.first = 710076, .count = 1});
+  CHECK(tally.cases == 1);
+  CHECK(tally.refused == 0);
+}
+
 TEST_CASE("sums of a liquid's advection are restored within their arrays") {
   const Tally tally = tries({.first = 100176, .count = 1});  // damaged the heap
   CHECK(tally.cases == 1);
