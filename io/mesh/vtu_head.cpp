@@ -24,12 +24,10 @@ class Tags {
   /// False at the end of the file.
   bool next(Tag& tag) {
     while (true) {
-      char c;
-      do {
-        if (!in_.get(c)) return false;
-      } while (c != '<');
+      const Index opened = find('<');
+      if (opened < 0) return false;
       tag = {};
-      tag.begin = in_.offset() - 1;
+      tag.begin = opened - 1;
       const std::string text = rest_of_tag();
       tag.end = in_.offset();
       if (!text.starts_with("!--") || text.ends_with("--")) {
@@ -39,7 +37,7 @@ class Tags {
       if (!skip_comment()) return false;
     }
   }
-  /// The first character that is this one behind here; -1 at the end.
+  /// Where the file goes on behind the next `wanted`; -1 if there is none.
   Index find(char wanted) {
     char c;
     while (in_.get(c))
