@@ -49,6 +49,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_contact();
   build_transfer_rates();  // of its bodies
   check_rigid_bodies();
+  find_sides();
   check_two_phase();
   check_implicit();
   check_projection();

@@ -237,6 +237,7 @@ class ScenarioBuilder {
   std::pair<double, Vec<Dim>> depth_below_surface(const Solid<Dim>& solid, const Vec<Dim>& x,
                                                   double most) const;
   void find_reaches();
+  void find_sides();  ///< Model::sides; scenario_sides.cpp; after the conditions; collective
   // scenario_contact.cpp
   void build_contact();
   void check_scheme_of_contact();

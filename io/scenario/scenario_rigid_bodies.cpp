@@ -118,6 +118,7 @@ void ScenarioBuilder<Dim>::build_rigid_bodies() {
 template <int Dim>
 void ScenarioBuilder<Dim>::read_rubbing(const JsonValue& entry, RigidBody<Dim>& body) {
   body.cohesion = get_number(entry, "cohesion").value_or(0);
+  body.restitution = get_number(entry, "restitution").value_or(0);
   const JsonValue* friction = entry.find("friction");
   if (!friction) return;
   if (friction->is<std::string>()) {

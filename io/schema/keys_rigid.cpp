@@ -12,7 +12,8 @@ const Section& rigid_body_section() {
           "mesh anywhere. It pushes particles and does not pull, and they slide on it with Coulomb "
           "friction. Without `velocity`, `spin`, `density` and `mass` it is at rest. With "
           "`velocity` or `spin` it moves as they say. With `density` or `mass` it moves by the "
-          "forces of particles, of other bodies and of gravity.",
+          "forces of particles, of other bodies and of gravity. Sides of a box of cells hold it, "
+          "too, where walls or constraints hold all their nodes.",
       .keys = {
           {.key = "name",
            .kinds = text,
@@ -36,6 +37,15 @@ const Section& rigid_body_section() {
            .unit = "Pa",
            .fallback = "0",
            .min = 0,
+           .native = true},
+          {.key = "restitution",
+           .kinds = number,
+           .help = "how fast a free body leaves another rigid body, by the speed along the normal "
+                   "with which it meets it. The larger coefficient of the two counts",
+           .unit = "-",
+           .fallback = "0",
+           .min = 0,
+           .max = 1,
            .native = true},
           {.key = "velocity",
            .kinds = vector,

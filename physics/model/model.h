@@ -419,6 +419,7 @@ struct Model : NodeConditions<Dim> {
   std::vector<ParticleTraction> tractions;
   std::vector<ParticleVelocity> particle_velocities;
   std::vector<RigidBody<Dim>> rigid_bodies;
+  std::vector<RigidBody<Dim>> sides;  ///< half spaces beside the mesh that hold free bodies
   Analysis analysis;
   StageChanges<Dim> changes;  ///< of particles of the stage before
   OutputPlan output;

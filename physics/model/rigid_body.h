@@ -36,9 +36,10 @@ struct RigidBody {
     free         ///< by forces of particles, gravity, and its own mass
   };
   std::string name;
-  SolidPtr<Dim> solid;  ///< where it is at the start
-  double friction = 0;  ///< Coulomb's coefficient [-]; infinite: no sliding while pressed
-  double cohesion = 0;  ///< [Pa] shear stress that acts beside friction while pressed
+  SolidPtr<Dim> solid;     ///< where it is at the start
+  double friction = 0;     ///< Coulomb's coefficient [-]; infinite: no sliding while pressed
+  double cohesion = 0;     ///< [Pa] shear stress that acts beside friction while pressed
+  double restitution = 0;  ///< speed after over speed before it strikes another rigid body [-]
   Motion motion = Motion::fixed;
   Vec<Dim> centre = Vec<Dim>::Zero();    ///< [m] it turns about this point; of a free body its mass
   Vec<Dim> velocity = Vec<Dim>::Zero();  ///< [m/s] prescribed; of a free body at the start

@@ -55,6 +55,8 @@ ModelOutline outline_of(const AnyModel& any) {
         const Mesh<Dim>& mesh = *model.mesh;
         std::vector<std::uint16_t> given;
         for (const auto& change : model.changes.materials) given.push_back(change.material);
+        std::vector<std::string> sides;
+        for (const RigidBody<Dim>& side : model.sides) sides.push_back(side.name);
         return ModelOutline{
             .dim = Dim,
             .title = model.title,
@@ -66,7 +68,8 @@ ModelOutline outline_of(const AnyModel& any) {
             .analysis = model.analysis,
             .output = model.output,
             .new_materials = std::move(given),
-            .curved_cell = info(mesh.element()).order == 2 ? mesh.mean_cell().minCoeff() : 0.0};
+            .curved_cell = info(mesh.element()).order == 2 ? mesh.mean_cell().minCoeff() : 0.0,
+            .sides = std::move(sides)};
       },
       any);
 }
@@ -148,6 +151,9 @@ void describe(Console& console, const ModelOutline& model, const SimulationInfo&
                           : fmt::format("threads    {} on each of {} ranks", info.threads, ranks));
   console.line(fmt::format("mesh       {} cells, {} nodes ({})", format_count(info.cells),
                            format_count(info.nodes), model.mesh));
+  if (!model.sides.empty())
+    console.line(fmt::format("  sides    {} hold{} free rigid bodies", fmt::join(model.sides, ", "),
+                             model.sides.size() == 1 ? "s" : ""));
   const std::size_t materials = count_materials(model.materials);
   console.line(fmt::format("particles  {}, {} material{}", format_count(info.particles), materials,
                            materials == 1 ? "" : "s"));

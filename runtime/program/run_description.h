@@ -24,7 +24,8 @@ struct ModelOutline {
   Analysis analysis;
   OutputPlan output;
   std::vector<std::uint16_t> new_materials = {};  ///< of StageChanges, in their order
-  double curved_cell = 0;  ///< [m] mean edge of cells that are of second order; else 0
+  double curved_cell = 0;               ///< [m] mean edge of cells that are of second order; else 0
+  std::vector<std::string> sides = {};  ///< of the mesh that hold free rigid bodies
 };
 
 /// Those of the scenario: bodies in contact and fields of materials have several entries of one.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "physics/geometry/solid_samples.h"
 
@@ -14,12 +15,6 @@ namespace {
 constexpr int cuts_of(int dim) {
   return dim == 2 ? 64 : 20;
 }
-constexpr double steps_of_contact = 20;  ///< 1 / (omega dt)
-constexpr double damping_ratio = 0.3;
-constexpr double share_of_point = 0.25;
-/// The sum of the shares of all points of flat faces that touch the other body is not more.
-constexpr double most_of_flat = 16;
-
 template <int Dim>
 bool is_free(const RigidBody<Dim>& body) {
   return body.motion == RigidBody<Dim>::Motion::free;
@@ -78,6 +73,123 @@ bool move_to_extreme(const Solid<Dim>& solid, const Vec<Dim>& down, double reach
   return false;
 }
 
+template <int Dim>
+std::vector<Vec<Dim>> directions_across(const Vec<Dim>& normal) {
+  const Vec<Dim> one = normal.unitOrthogonal();
+  if constexpr (Dim == 2) {
+    return {one, -one};
+  } else {
+    std::vector<Vec<3>> all;
+    const Vec<3> two = normal.cross(one);
+    for (const int k : {-1, 0, 1})
+      for (const int j : {-1, 0, 1})
+        if (k != 0 || j != 0) all.push_back((k * one + j * two).normalized());
+    return all;
+  }
+}
+
+/// A point of a free body that may touch, and how deep it will be if it does not [m].
+template <int Dim>
+struct Candidate {
+  Encounter<Dim> encounter;
+  double gap_after;
+  bool round;
+};
+
+/// Those of the candidates on which the others rest: of each part of the other body that is as good
+/// as flat the outer ones, and the one that will be deepest.
+template <int Dim>
+std::vector<Encounter<Dim>> bearing(const std::vector<Candidate<Dim>>& all) {
+  constexpr double flat = 0.996;  // cosine of 5 degrees
+  std::vector<Encounter<Dim>> chosen;
+  std::vector<char> is_sorted(all.size(), 0);
+  for (std::size_t first = 0; first < all.size(); ++first) {
+    if (is_sorted[first]) continue;
+    const Vec<Dim> normal = all[first].encounter.normal;
+    std::vector<std::size_t> part;
+    for (std::size_t k = first; k < all.size(); ++k) {
+      if (is_sorted[k] || all[k].encounter.normal.dot(normal) < flat) continue;
+      is_sorted[k] = 1;
+      part.push_back(k);
+    }
+    const auto largest = [&](auto value) {
+      return *std::max_element(part.begin(), part.end(), [&](std::size_t j, std::size_t k) {
+        return value(all[j]) < value(all[k]);
+      });
+    };
+    std::vector<std::size_t> ends{largest([](const auto& at) { return -at.gap_after; })};
+    for (const Vec<Dim>& direction : directions_across<Dim>(normal))
+      ends.push_back(largest([&](const auto& at) { return at.encounter.x.dot(direction); }));
+    std::sort(ends.begin(), ends.end());
+    ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+    for (const std::size_t k : ends) chosen.push_back(all[k].encounter);
+  }
+  return chosen;
+}
+
+/// A free body, and another one that it may meet within dt: where they are, and where they would be
+/// after that.
+template <int Dim>
+class Pair {
+ public:
+  struct Side {
+    const RigidBody<Dim>& body;
+    const Placement<Dim>&now, &after;
+  };
+  Pair(const Side& free, const Side& other, double dt) : free_(free), other_(other), dt_(dt) {}
+
+  struct Place {
+    Vec<Dim> x, normal;  ///< normal of the other body
+    double gap;          ///< [m]
+  };
+  /// A point of the free body, as it was at the start.
+  Place look(const Vec<Dim>& point) const {
+    const Vec<Dim> x = free_.now.origin + free_.now.axes * (point - free_.body.centre);
+    const auto near = other_.body.solid->nearest(in_other(x));
+    return {x, other_.now.axes * near.normal, near.distance};
+  }
+  /// How far a point of the free body comes against the other one [m], if they do not touch.
+  Vec<Dim> way(const Vec<Dim>& x) const {
+    return dt_ * (free_.after.velocity_at(x) - other_.after.velocity_at(x));
+  }
+  /// From so far it may touch the other one [m].
+  double reach(const Vec<Dim>& x) const {
+    constexpr double spare = 2;
+    const Vec<Dim> now = dt_ * (free_.now.velocity_at(x) - other_.now.velocity_at(x));
+    return spare * std::max(now.norm(), way(x).norm());
+  }
+  /// No point within `radius` [m] of the centre may touch the other one.
+  bool is_far(double radius) const {
+    constexpr double spare = 4;  // both turn, twice as far as they do
+    const double spin = std::max({free_.now.spin.norm(), free_.after.spin.norm(),
+                                  other_.now.spin.norm(), other_.after.spin.norm()});
+    const Vec<Dim> centre = free_.now.origin;
+    return other_.body.solid->is_beyond(in_other(centre),
+                                        radius + reach(centre) + spare * dt_ * spin * radius);
+  }
+  /// Move a point on a round surface to where both surfaces look at each other, on the way there no
+  /// more than 1.5 times `spacing` [m] at once. False where it finds none.
+  bool move_to_nearest(double spacing, Vec<Dim>& point, Place& at) const {
+    constexpr int steps = 30;
+    constexpr double aligned = 1e-6;  // [rad]
+    for (int k = 0; k < steps; ++k) {
+      const Vec<Dim> down = -(free_.now.axes.transpose() * at.normal);
+      if (!move_to_extreme<Dim>(*free_.body.solid, down, spacing, point)) return false;
+      const Vec<Dim> before = std::exchange(at, look(point)).normal;
+      if ((at.normal - before).norm() < aligned) break;
+    }
+    return true;
+  }
+
+ private:
+  Vec<Dim> in_other(const Vec<Dim>& x) const {
+    return other_.body.centre + other_.now.axes.transpose() * (x - other_.now.origin);
+  }
+
+  Side free_, other_;
+  double dt_;
+};
+
 }  // namespace
 
 template <int Dim>
@@ -85,116 +197,96 @@ RigidCollisions<Dim>::RigidCollisions(const Model<Dim>& model) : model_(model) {
   for (const RigidBody<Dim>& body : model.rigid_bodies) {
     auto& points = points_.emplace_back();
     spacing_.push_back(0.0);
+    radius_.push_back(0.0);
     if (!is_free(body)) continue;
     const auto [low, high] = body.solid->bounds();
     spacing_.back() = (high - low).maxCoeff() / cuts_of(Dim);
-    for (const Vec<Dim>& x : surface_points(*body.solid, cuts_of(Dim)))
+    for (const Vec<Dim>& x : surface_points(*body.solid, cuts_of(Dim))) {
       points.push_back({x, is_round(*body.solid, x, spacing_.back())});
+      radius_.back() = std::max(radius_.back(), (x - body.centre).norm());
+    }
   }
 }
 
 template <int Dim>
-auto RigidCollisions<Dim>::near(const std::vector<Placement<Dim>>& at, double gravity,
-                                double dt) const -> std::vector<Near> {
-  constexpr double spare = 2;
-  std::vector<Near> all;
-  for (std::size_t k = 0; k < at.size(); ++k)
-    for (std::size_t j = 0; j < at.size(); ++j) {
-      if (j == k || points_[k].empty()) continue;
-      const RigidBody<Dim>& wall = model_.rigid_bodies[j];
-      const Placement<Dim>&here = at[k], &there = at[j];
-      Near pair{k, j, {}};
-      for (const Point& point : points_[k]) {
-        const Vec<Dim> x = here.origin + here.axes * (point.x - model_.rigid_bodies[k].centre);
-        const double speed = (here.velocity_at(x) - there.velocity_at(x)).norm();
-        const double way = spare * dt * (speed + dt * gravity) + (point.round ? spacing_[k] : 0.0);
-        const Vec<Dim> there_x = wall.centre + there.axes.transpose() * (x - there.origin);
-        if (wall.solid->nearest(there_x).distance < way) pair.points.push_back(point);
-      }
-      if (!pair.points.empty()) all.push_back(std::move(pair));
+void RigidCollisions<Dim>::begin() {
+  constexpr double touching = 1e-3;  // of the distance from its centre to the furthest point
+  held_by_.assign(points_.size(), {});
+  for (std::size_t k = 0; k < points_.size(); ++k)
+    for (std::size_t side = 0; side < model_.sides.size() && !points_[k].empty(); ++side) {
+      const RigidBody<Dim>& free = model_.rigid_bodies[k];
+      const bool is_in_front = std::all_of(points_[k].begin(), points_[k].end(), [&](auto& point) {
+        const Vec<Dim> x = free.centre + free.moved + free.turned * (point.x - free.centre);
+        return model_.sides[side].solid->nearest(x).distance > -touching * radius_[k];
+      });
+      if (is_in_front) held_by_[k].push_back(points_.size() + side);
     }
+}
+
+template <int Dim>
+const Placement<Dim>& RigidCollisions<Dim>::placement(const std::vector<Placement<Dim>>& of,
+                                                      std::size_t k) {
+  static const Placement<Dim> of_side;  // its centre is the origin
+  return k < of.size() ? of[k] : of_side;
+}
+
+template <int Dim>
+auto RigidCollisions<Dim>::encounters(const std::vector<Placement<Dim>>& at,
+                                      const std::vector<Placement<Dim>>& after, double dt) const
+    -> std::vector<Encounter<Dim>> {
+  std::vector<Encounter<Dim>> all;
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    for (std::size_t j = 0; j < at.size(); ++j)
+      if (j != k && !points_[k].empty()) add_pair(k, j, at, after, dt, all);
+    for (const std::size_t side : held_by_[k]) add_pair(k, side, at, after, dt, all);
+  }
   return all;
 }
 
 template <int Dim>
-void RigidCollisions<Dim>::add(const std::vector<Near>& near, const std::vector<Placement<Dim>>& at,
-                               double dt, std::vector<Reaction>& reactions) const {
-  for (const Near& pair : near) add_pair(pair, at, dt, reactions);
-}
-
-template <int Dim>
-void RigidCollisions<Dim>::add_pair(const Near& pair, const std::vector<Placement<Dim>>& at,
-                                    double dt, std::vector<Reaction>& reactions) const {
-  const auto& [free, other, points] = pair;
-  const RigidBody<Dim>&body = model_.rigid_bodies[free], &wall = model_.rigid_bodies[other];
-  const Placement<Dim>&here = at[free], &there = at[other];
-  const double mass = is_free(wall) ? body.mass * wall.mass / (body.mass + wall.mass) : body.mass;
-  const double omega = 1 / (steps_of_contact * dt);
-  const double friction = std::max(body.friction, wall.friction);
+void RigidCollisions<Dim>::add_pair(std::size_t free, std::size_t other,
+                                    const std::vector<Placement<Dim>>& at,
+                                    const std::vector<Placement<Dim>>& after, double dt,
+                                    std::vector<Encounter<Dim>>& encounters) const {
   const double spacing = spacing_[free];
-  const auto place_of = [&](const Vec<Dim>& point) {
-    return Vec<Dim>(here.origin + here.axes * (point - body.centre));
-  };
-  const auto nearest = [&](const Vec<Dim>& x) {
-    auto near = wall.solid->nearest(wall.centre + there.axes.transpose() * (x - there.origin));
-    near.normal = there.axes * near.normal;
-    return near;
-  };
-  struct Touch {
-    Vec<Dim> x;
-    typename Solid<Dim>::Nearest near;
-    bool round;
-  };
-  std::vector<Touch> touches;
+  const Pair<Dim> pair({body(free), at[free], after[free]},
+                       {body(other), placement(at, other), placement(after, other)}, dt);
+  if (pair.is_far(radius_[free] + spacing)) return;
+  std::vector<Candidate<Dim>> all;
   std::vector<Vec<Dim>> extremes;
-  double round = 0;
-  for (const auto& [at_start, bends] : points) {
-    Touch at{place_of(at_start), nearest(place_of(at_start)), false};
-    if (Vec<Dim> point = at_start; bends && at.near.distance < spacing) {
-      const Vec<Dim> down = -(here.axes.transpose() * at.near.normal);
-      at.round = move_to_extreme<Dim>(*body.solid, down, spacing, point);
-      const auto is_here = [&](const Vec<Dim>& other) {
-        return (other - point).norm() < 0.1 * spacing;
-      };
-      if (at.round) {
+  for (const auto& [at_start, bends] : points_[free]) {
+    auto place = pair.look(at_start);
+    if (place.gap > pair.reach(place.x) + (bends ? spacing : 0.0)) continue;
+    bool is_extreme = false;
+    if (bends) {
+      Vec<Dim> point = at_start;
+      auto nearest = place;
+      is_extreme = pair.move_to_nearest(spacing, point, nearest);
+      if (is_extreme) {
+        const auto is_here = [&](const Vec<Dim>& known) {
+          return (known - point).norm() < 0.1 * spacing;
+        };
         if (std::any_of(extremes.begin(), extremes.end(), is_here)) continue;
         extremes.push_back(point);
-        at.x = place_of(point);
-        at.near = nearest(at.x);
+        place = nearest;
+      } else if (place.gap > 0) {
+        continue;  // a point beside it is nearer
       }
     }
-    if (!(at.near.distance < 0)) continue;
-    round += at.round;
-    touches.push_back(at);
+    if (place.gap > pair.reach(place.x)) continue;
+    const double gap_after = place.gap + pair.way(place.x).dot(place.normal);
+    all.push_back({{free, other, place.x, place.normal, place.gap}, gap_after, is_extreme});
   }
-  // Points on an edge beside a round place that touches, as on the rim of a roller, are part of it.
-  const auto beside_round = [&](const Touch& touch) {
-    return !touch.round && std::any_of(touches.begin(), touches.end(), [&](const Touch& other) {
-      return other.round && (other.x - touch.x).norm() < 1.5 * spacing;
+  // Points on an edge beside a round place, as on the rim of a roller, are part of it.
+  const auto is_beside_round = [&](const Candidate<Dim>& one) {
+    return !one.round && std::any_of(all.begin(), all.end(), [&](const Candidate<Dim>& two) {
+      return two.round && (two.encounter.x - one.encounter.x).norm() < 1.5 * spacing;
     });
   };
-  std::vector<Touch> counting;
-  std::copy_if(touches.begin(), touches.end(), std::back_inserter(counting),
-               [&](const Touch& touch) { return !beside_round(touch); });
-  const double flat = static_cast<double>(counting.size()) - round;
-  const double of_round = std::max(share_of_point, 1 / round);
-  const double of_flat = std::min(share_of_point, most_of_flat / (is_free(wall) ? 2 * flat : flat));
-  for (const auto& [x, near, is_round] : counting) {
-    const Vec<Dim>& normal = near.normal;
-    const double part = is_round ? of_round : of_flat;
-    const Vec<Dim> w = here.velocity_at(x) - there.velocity_at(x);
-    const double along = w.dot(normal);
-    const double push =
-        part * mass * omega * std::max(0.0, -omega * near.distance - 2 * damping_ratio * along);
-    const Vec<Dim> slip = w - along * normal;
-    // So much would stop it within some steps; friction allows less.
-    const double drag = part * 2 * damping_ratio * mass * omega;
-    const double speed = slip.norm();
-    const double share = speed > 0 ? std::min(drag, friction * push / speed) : 0.0;
-    const Vec<Dim> force = push * normal - share * slip;
-    reactions[free].template add<Dim>(force, x - here.origin);
-    reactions[other].template add<Dim>(-force, x - there.origin);
-  }
+  std::vector<Candidate<Dim>> counting;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(counting),
+               [&](const Candidate<Dim>& one) { return !is_beside_round(one); });
+  for (const Encounter<Dim>& encounter : bearing(counting)) encounters.push_back(encounter);
 }
 
 template class RigidCollisions<2>;

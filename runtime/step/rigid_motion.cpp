@@ -9,6 +9,7 @@
 #include "io/base/text.h"
 #include "physics/model/body_overlap.h"
 #include "physics/particles/loads.h"
+#include "runtime/step/rigid_impulses.h"
 
 namespace lahar {
 
@@ -16,9 +17,6 @@ namespace {
 
 template <int Dim>
 using Axes = Eigen::Matrix<double, Dim, Dim>;
-
-/// Parts of a step in which bodies may touch each other: the step of particles is none of theirs.
-constexpr int parts_of_contact = 16;
 
 /// Columns of length one at right angles, next to those of a rotation with rounding errors.
 template <int Dim>
@@ -55,6 +53,18 @@ inline Vec<3> spin_with(const RigidBody<3>& body, const Eigen::Matrix3d& axes,
     free[k] = 0;
   }
   return inertia.inverse() * free;
+}
+
+/// What gives a body its spin from its angular momentum [1/(kg m^2)]: none about axes that are
+/// held.
+template <int Dim>
+Eigen::Matrix3d inverse_inertia(const RigidBody<Dim>& body, const Axes<Dim>& axes) {
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();
+  if constexpr (Dim == 2)
+    inverse(2, 2) = (1 - body.held_spin[2]) / body.inertia(2, 2);
+  else
+    for (int k = 0; k < 3; ++k) inverse.col(k) = spin_with(body, axes, Vec<3>::Unit(k));
+  return inverse;
 }
 
 /// Turn a body over dt by a torque. In three dimensions the angular momentum changes by dt T, and
@@ -128,6 +138,7 @@ Placement<Dim> moved(const RigidBody<Dim>& body, Placement<Dim> at, const Reacti
 template <int Dim>
 void RigidMotion<Dim>::begin(Step first) {
   if (!any_free()) return;
+  collisions_.begin();
   std::vector<Placement<Dim>> at;
   for (const RigidBody<Dim>& body : model_.rigid_bodies) {
     Placement<Dim> place;
@@ -271,18 +282,106 @@ void RigidMotion<Dim>::move(Step step, double time, double dt) {
   auto& now = after_[step];
   now = after_[step + max_lead + 1];
   const Vec<Dim> gravity = load_factor(model_, model_.gravity_function, time) * model_.gravity;
-  const auto near = collisions_.near(now, gravity.norm(), dt);
-  const int parts = near.empty() ? 1 : parts_of_contact;
-  for (int part = 1; part <= parts; ++part) {
-    std::vector<Reaction> forces = reactions_[step];
-    collisions_.add(near, now, dt / parts, forces);
-    for (std::size_t k = 0; k < now.size(); ++k) {
+  const auto after = [&](const std::vector<Placement<Dim>>& from) {
+    std::vector<Placement<Dim>> to;
+    for (std::size_t k = 0; k < from.size(); ++k) {
       const RigidBody<Dim>& body = model_.rigid_bodies[k];
-      now[k] = body.motion == RigidBody<Dim>::Motion::free
-                   ? moved(body, now[k], forces[k], gravity, dt / parts)
-                   : placement_at(body, model_.functions, time + part * (dt / parts));
+      to.push_back(body.motion == RigidBody<Dim>::Motion::free
+                       ? moved(body, from[k], reactions_[step][k], gravity, dt)
+                       : placement_at(body, model_.functions, time + dt));
     }
+    return to;
+  };
+  const std::vector<Placement<Dim>> apart = after(now);
+  const auto encounters = collisions_.encounters(now, apart, dt);
+  if (encounters.empty()) {
+    now = apart;
+    return;
   }
+  const std::vector<StruckBody> out = collide(encounters, apart, dt, now);
+  now = after(now);
+  for (std::size_t k = 0; k < now.size(); ++k) {
+    if (model_.rigid_bodies[k].motion != RigidBody<Dim>::Motion::free) continue;
+    now[k].origin += dt * out[k].velocity.template head<Dim>();
+    if (out[k].spin.isZero(0)) continue;
+    const Axes<Dim> turned = rotation_by<Dim>(dt * out[k].spin) * now[k].axes;
+    now[k].axes = orthonormal<Dim>(turned);
+  }
+}
+
+/// What impulses at the beginning of a step of `dt` [s] do to bodies that come to `apart` without
+/// them: the velocities of those that are `now`. Returns the velocities with which those that are
+/// inside of others are brought out in this step.
+template <int Dim>
+std::vector<StruckBody> RigidMotion<Dim>::collide(const std::vector<Encounter<Dim>>& encounters,
+                                                  const std::vector<Placement<Dim>>& apart,
+                                                  double dt,
+                                                  std::vector<Placement<Dim>>& now) const {
+  constexpr double rounding = 1e-10;  // of speeds
+  constexpr double out_in_step = 0.2;
+  std::vector<StruckBody> before, struck, out;
+  for (std::size_t k = 0; k < now.size(); ++k) {
+    const RigidBody<Dim>& body = model_.rigid_bodies[k];
+    StruckBody at;
+    if (body.motion == RigidBody<Dim>::Motion::free) {
+      at.inverse_mass.template head<Dim>() = (Vec<Dim>::Ones() - body.held) / body.mass;
+      at.inverse_inertia = inverse_inertia<Dim>(body, now[k].axes);
+    }
+    out.push_back(at);
+    at.velocity.template head<Dim>() = now[k].velocity;
+    at.spin = now[k].spin;
+    before.push_back(at);
+    at.velocity.template head<Dim>() = apart[k].velocity;
+    at.spin = apart[k].spin;
+    struck.push_back(at);
+    if (body.motion != RigidBody<Dim>::Motion::prescribed) continue;
+    // Its mean velocity in the step brings it to where it is then.
+    at.velocity.template head<Dim>() = (apart[k].origin - now[k].origin) / dt;
+    before.back() = struck.back() = at;
+  }
+  for (auto* const all : {&before, &struck, &out}) all->resize(now.size() + model_.sides.size());
+  double fastest = 0;
+  std::vector<Touch> touches, inside;
+  for (const Encounter<Dim>& encounter : encounters) {
+    const RigidBody<Dim>&body = collisions_.body(encounter.free),
+          &other = collisions_.body(encounter.other);
+    Touch touch{.body = encounter.free, .other = encounter.other};
+    touch.arm = touch.other_arm = touch.normal = Vec<3>::Zero();
+    touch.arm.template head<Dim>() = encounter.x - now[encounter.free].origin;
+    if (encounter.other < now.size())
+      touch.other_arm.template head<Dim>() = encounter.x - now[encounter.other].origin;
+    touch.normal.template head<Dim>() = encounter.normal;
+    touch.friction = std::max(body.friction, other.friction);
+    const auto relative = [&](const std::vector<StruckBody>& at) {
+      return Vec<3>(at[touch.body].velocity_at(touch.arm) -
+                    at[touch.other].velocity_at(touch.other_arm));
+    };
+    const Vec<3> first = relative(before), last = relative(struck);
+    fastest = std::max({fastest, first.norm(), last.norm()});
+    const double approach = -first.dot(touch.normal), by_forces = (last - first).dot(touch.normal);
+    // What rests on another body does not jump: forces brought its speed in the last two steps.
+    const bool strikes = approach > 2 * std::abs(by_forces);
+    const double restitution = std::max(body.restitution, other.restitution);
+    const bool meets = encounter.gap + dt * last.dot(touch.normal) < 0;
+    touch.least = restitution > 0 && strikes && meets ? restitution * approach
+                                                      : -std::max(0.0, encounter.gap) / dt;
+    touches.push_back(touch);
+    if (encounter.gap >= 0) continue;
+    touch.least = -out_in_step * encounter.gap / dt;
+    touch.friction = 0;
+    inside.push_back(touch);
+  }
+  strike(struck, touches, Dim, rounding * fastest);
+  double deepest = 0;
+  for (const Touch& touch : inside) deepest = std::max(deepest, touch.least);
+  strike(out, inside, Dim, 1e-6 * deepest);
+  for (std::size_t k = 0; k < now.size(); ++k) {
+    if (model_.rigid_bodies[k].motion != RigidBody<Dim>::Motion::free) continue;
+    const Vec<3> jump = struck[k].velocity;
+    now[k].velocity += jump.template head<Dim>() - Vec<Dim>(apart[k].velocity);
+    now[k].spin += struck[k].spin - Vec<3>(apart[k].spin);
+  }
+  return out;
 }
 
 template <int Dim>

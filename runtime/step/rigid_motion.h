@@ -10,6 +10,7 @@
 #include "runtime/exchange/per_step.h"
 #include "runtime/patches/patch_set.h"
 #include "runtime/step/rigid_collisions.h"
+#include "runtime/step/rigid_impulses.h"
 
 namespace lahar {
 
@@ -27,8 +28,11 @@ struct RestOfBodies {
 ///     v += dt (F / m + g)      omega += dt I^-1 (M - omega x I omega)
 ///     x += dt v                R = exp(dt omega) R
 ///
-/// (symplectic Euler: the same order as that of particles). Where bodies may touch each other, dt
-/// is a part of the step, over which the force of particles is the same. Forces are exact sums over
+/// (symplectic Euler: the same order as that of particles). Bodies that would be inside of each
+/// other at the end of the step get impulses at its beginning (strike()), so that they just touch.
+/// At a point where they strike with the speed u they part with e u, e being their restitution:
+/// the larger of the two, as that of friction. What is inside nevertheless, as surfaces bend, is
+/// brought out without a velocity, a fifth of the way in a step. Forces are exact sums over
 /// patches, so that bits do not depend on ranks.
 template <int Dim>
 class RigidMotion {
@@ -69,6 +73,9 @@ class RigidMotion {
   void need_room(const RigidBody<Dim>& body, const PatchSet<Dim>& patches,
                  const Communicator& ranks) const;
   Placement<Dim> placement(std::size_t body, Step slot, double time) const;
+  std::vector<StruckBody> collide(const std::vector<Encounter<Dim>>& encounters,
+                                  const std::vector<Placement<Dim>>& apart, double dt,
+                                  std::vector<Placement<Dim>>& now) const;
 
   static constexpr std::size_t n_sums = 6;  ///< of a body
   Model<Dim>& model_;

@@ -175,6 +175,7 @@ Json rigid_bodies_of(Choices& choices, const Outline& outline) {
          {"density", choices.number("rigid.density", 2000, 100, 5000)},
          {"velocity", along_last(choices.number("rigid.speed", 2, 0, 3))},
          {"friction", friction}});
+  if (all.size() == 2) all[1]["restitution"] = choices.number("rigid.restitution", 0.5, 0, 1);
   if (all.size() == 2 && outline.plane != "axisymmetric" && choices.chance("rigid.spins", 40))
     all[1]["spin"] = outline.dim == 2 ? Json(4) : Json{1, 3, -2};
   if (outline.shapes && outline.dim == 3 && all.size() == 2 && choices.chance("rigid.stone", 60))

@@ -22,14 +22,16 @@ struct Parts {
   std::string more = "";  ///< keys after these
   std::string geometry = R"("bed": {"points": [[0, 0.5], [4, 0.2]]})";
   std::string materials = "";  ///< beside the first
+  std::string boundary = "", sets = "";
 };
 
 Scenario scenario_of(const Parts& parts, std::size_t stage = 0) {
   ScenarioOptions options;
   options.stage = stage;
-  return read_scenario_text(
-      fmt::format(R"({{
-    "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}}}},
+  return read_scenario_text(fmt::format(R"({{
+    "mesh": {{"structured": {{"cell_size": 0.5, "extent": [4, 4]}},
+             "boundary_conditions": {{{}}}}},
+    "sets": {{"nodes": {{{}}}}},
     "geometry": {{{}}},
     "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
                    "poisson_ratio": 0.2}}{}],
@@ -38,8 +40,9 @@ Scenario scenario_of(const Parts& parts, std::size_t stage = 0) {
                                  "region": {{"box": {{"min": [1, 1], "max": [2, 2]}}}}}}}}],
     "external_loading_conditions": {{"gravity": [0, -10]}},
     "analysis": {{{}, "nsteps": 1}}{}}})",
-                  parts.geometry, parts.materials, parts.bodies, parts.analysis, parts.more),
-      "", options);
+                                        parts.boundary, parts.sets, parts.geometry, parts.materials,
+                                        parts.bodies, parts.analysis, parts.more),
+                            "", options);
 }
 
 Model<2> model_of(const std::string& bodies) {
@@ -189,11 +192,39 @@ TEST_CASE("rigid bodies: mistakes in what is said of them") {
   CHECK(says(refusal("{" + round_body + R"(, "mass": 1, "density": 1})"), "does not go together"));
   CHECK(says(refusal("{" + round_body + R"(, "fixed": ["x"]})"), "of free bodies"));
   CHECK(says(refusal("{" + round_body + R"(, "mass": 1, "fixed": ["up"]})"), "axes and \"spin\""));
+  CHECK(says(refusal("{" + round_body + R"(, "restitution": 1.5})"), "at most 1"));
   CHECK(says(refusal("{" + round_body + R"(, "math_function_id": 0})"), "of prescribed motion"));
   CHECK(
       says(refusal(R"({"region": {"half_space": {"point": [0, 0], "normal": [0, 1]}}, "mass": 1})"),
            "a body without an end"));
   CHECK(says(refusal(R"({"region": {"box": {"min": [0, 0], "max": [0, 1]}}})"), "surface"));
+}
+
+TEST_CASE("rigid bodies: sides all of whose nodes are held along the normal hold free ones") {
+  const auto sides_of = [](const std::string& motion, const std::string& boundary) {
+    const Parts parts{.bodies = "{" + round_body + motion + "}",
+                      .boundary = boundary,
+                      .sets = R"("floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+                   "part": {"box": {"min": [0, 0], "max": [3, 0.1]}},
+                   "right": {"half_space": {"point": [4, 0], "normal": [-1, 0]}})"};
+    return std::get<Model<2>>(std::move(scenario_of(parts).model)).sides;
+  };
+  const std::string free = R"(, "density": 100)";
+  const std::string floor = R"("walls": [{"nset": "floor", "normal": [0, 1], "friction": 0.3}])";
+  const auto both = sides_of(
+      free, floor + R"(, "velocity_constraints": [{"nset": "right", "dir": "x", "velocity": 0}])");
+  REQUIRE(both.size() == 2);
+  CHECK(both[0].name == "x = 4");
+  CHECK(both[0].friction == 0);
+  CHECK(both[0].solid->nearest({4.5, 1}).distance == -0.5);
+  CHECK(both[1].name == "y = 0");
+  CHECK(both[1].friction == 0.3);
+  CHECK(both[1].solid->nearest({1, 0.5}).distance == 0.5);
+  CHECK(sides_of("", floor).empty());  // no free body
+  CHECK(sides_of(free, R"("walls": [{"nset": "part", "normal": [0, 1]}])").empty());
+  CHECK(sides_of(free, R"("velocity_constraints": [{"nset": "floor", "dir": "x", "velocity": 0},
+                          {"nset": "right", "dir": "x", "velocity": 1}])")
+            .empty());
 }
 
 TEST_CASE("rigid bodies: particles that begin inside of one are named, the deepest first") {

@@ -35,15 +35,16 @@ TEST_CASE("saturated soil on rigid bodies: the serial loop's bits, and those aft
   }
 }
 
-TEST_CASE("a free rigid body that leaves the mesh is told of once, one that a body holds is not") {
-  const auto warnings = [](const std::string& floor) {
+TEST_CASE("a free rigid body that leaves the mesh is told of once, one that is held is not") {
+  const auto warnings = [](const std::string& floor, double end_of_wall) {
     std::vector<std::string> said;
     Observer observer;
     observer.warning = [&](const std::string& text) { said.push_back(text); };
     Simulation simulation(model_of_text<2>(R"({
       "mesh": {"structured": {"cell_size": 0.1, "extent": [2, 1]},
         "boundary_conditions": {"walls": [{"nset": "floor", "normal": [0, 1]}]}},
-      "sets": {"nodes": {"floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}}}},
+      "sets": {"nodes": {"floor": {"box": {"min": [0, 0], "max": [)" +
+                                           std::to_string(end_of_wall) + R"(, 0.01]}}}},
       "materials": [{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e5,
                      "poisson_ratio": 0.2}],
       "rigid_bodies": [)" + floor + R"({"name": "box", "density": 2000,
@@ -56,12 +57,14 @@ TEST_CASE("a free rigid body that leaves the mesh is told of once, one that a bo
     simulation.run();
     return said;
   };
-  const auto alone = warnings("");
+  const auto alone = warnings("", 1);
   REQUIRE(alone.size() == 1);
   CHECK(alone[0].find("rigid body 'box' has left the mesh: its y is -") != std::string::npos);
   CHECK(warnings(R"({"name": "floor", "region": {"half_space": {"point": [0, 0],
-                     "normal": [0, 1]}}, "friction": 0.5}, )")
+                     "normal": [0, 1]}}, "friction": 0.5}, )",
+                 1)
             .empty());
+  CHECK(warnings("", 2).empty());  // the wall is that of the whole side
 }
 
 TEST_CASE("rigid bodies in motion touch material, and each other") {
