@@ -137,7 +137,8 @@ void SimulationDriver<Dim>::advance(Index steps) {
   lost_.throw_if_too_many(step_, time_.nsteps(), time());
   watch_.throw_alarm(step_, time_.nsteps());
   if (TraceRecorder* recorder = TraceRecorder::active()) recorder->set_present(step_);
-  while (step_ < end && !finished() && !stops_) {
+  // Who wants a run to stop whose end is near hears of that end.
+  while (step_ < end && !finished() && (!stops_ || lost_.too_many())) {
     prepare_copies();
     if (implicit_) find_equilibrium();
     if (pressure_) find_pressure();

@@ -181,6 +181,13 @@ TEST_CASE("a projection that goes on does not let nodes get their velocities at 
   CHECK(tally.refused == 0);
 }
 
+// Too many particles leave the mesh just before the run is asked to stop.
+TEST_CASE("a run that ends as too many particles have left ends so if it is to stop, too") {
+  const Tally tally = tries({.first = 760101, .count = 1});
+  CHECK(tally.cases == 1);
+  CHECK(tally.refused == 0);
+}
+
 TEST_CASE("sums of a liquid's advection are restored within their arrays") {
   const Tally tally = tries({.first = 100176, .count = 1});  // damaged the heap
   CHECK(tally.cases == 1);
