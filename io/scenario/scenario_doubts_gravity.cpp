@@ -311,11 +311,8 @@ void ScenarioBuilder<Dim>::warn_of_fast_bodies() {
     const RigidBody<Dim>& body = model_.rigid_bodies[k];
     if (!moves(body)) continue;
     double factor = 1;
-    if (body.function >= 0) {
-      const MathFunction& f = model_.functions[static_cast<std::size_t>(body.function)];
-      factor = f.kind == MathFunction::Kind::sine ? 1 : 0;
-      for (const double value : f.f) factor = std::max(factor, std::abs(value));
-    }
+    if (body.function >= 0)
+      factor = model_.functions[static_cast<std::size_t>(body.function)].largest();
     const auto [low, high] = body.solid->bounds();
     double arm = 0;  // of its farthest corner from the centre
     if (!body.spin.isZero(0) && low.allFinite() && high.allFinite())

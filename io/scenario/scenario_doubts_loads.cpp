@@ -22,7 +22,8 @@ namespace {
 bool begins_low(const MathFunction& function) {
   constexpr double low = 0.5;
   return function.kind == MathFunction::Kind::linear && !function.integrated &&
-         !function.f.empty() && std::abs(function.value(0)) < low * std::abs(function.f.back());
+         !function.differentiated && !function.f.empty() &&
+         std::abs(function.value(0)) < low * std::abs(function.f.back());
 }
 
 /// How far [m] motion with a velocity [m/s] gets along its axis, upwards and downwards, until

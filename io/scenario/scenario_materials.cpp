@@ -135,6 +135,7 @@ void ScenarioBuilder<Dim>::build_functions() {
     MathFunction& f = model_.functions.emplace_back();
     const Index id = get_integer(*v, "id").value_or(position);
     if (is_new(ids, id, *v, "math function id", in_)) ids[id] = v;
+    f.differentiated = get_bool(*v, "derivative").value_or(false);
     if (get_text(*v, "type") == "Sin") {
       f.kind = MathFunction::Kind::sine;
       f.x0 = get_number(*v, "x0").value_or(0);

@@ -368,6 +368,12 @@ const Section& function_section() {
            .kinds = file,
            .help = "file of lines `x fx` or `x, fx` in place of both (dialect of the fork)",
            .only = {"Linear"}},
+          {.key = "derivative",
+           .kinds = boolean,
+           .help = "the factor is the slope of the function. With displacements as values, what "
+                   "has a velocity of 1 along an axis follows them, from where it begins",
+           .fallback = "false",
+           .native = true},
           {.key = "x0",
            .kinds = number,
            .help = "time shift",

@@ -108,7 +108,7 @@ template <int Dim>
 void set_timed_velocities(Patch<Dim>& patch, const StepContext<Dim>& step) {
   using List = typename Timed<Dim>::List;
   for (const Timed<Dim>& timed : patch.timed) {
-    const double w = velocity_at<Dim>(timed, step, middle_of(step));
+    const double w = timed.velocity * mean_factor(step, timed.function);
     if (timed.list == List::walls)
       patch.walls[timed.entry].velocity[static_cast<std::size_t>(timed.dir)] = w;
     else

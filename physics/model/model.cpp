@@ -14,7 +14,31 @@ double MathFunction::value(double t) const {
   return f[i - 1] + (f[i] - f[i - 1]) * (t - x[i - 1]) / (x[i] - x[i - 1]);
 }
 
+double MathFunction::slope(double t) const {
+  if (kind == Kind::sine) return t >= lo && t <= hi ? a * std::cos(a * (t - x0)) : 0.0;
+  if (x.empty() || t < x.front() || t >= x.back()) return 0;
+  const auto i = static_cast<std::size_t>(std::upper_bound(x.begin(), x.end(), t) - x.begin());
+  return (f[i] - f[i - 1]) / (x[i] - x[i - 1]);
+}
+
+double MathFunction::mean(double t, double dt) const {
+  const bool is_slope = differentiated && !integrated;
+  return is_slope && dt > 0 ? (integral(t + dt) - integral(t)) / dt : (*this)(t + 0.5 * dt);
+}
+
+double MathFunction::largest() const {
+  if (kind == Kind::sine) return differentiated ? std::abs(a) : 1;
+  double most = 0;
+  for (std::size_t i = 0; i < f.size(); ++i)
+    most = std::max(most, std::abs(differentiated ? slope(x[i]) : f[i]));
+  return most;
+}
+
 double MathFunction::integral(double t) const {
+  if (differentiated) {
+    const auto within = [&](double s) { return kind == Kind::sine ? std::clamp(s, lo, hi) : s; };
+    return value(within(t)) - value(within(0));
+  }
   if (kind == Kind::sine) {
     // From 0 to t, of what lies in [lo, hi].
     const double from = std::clamp(0.0, lo, hi), to = std::clamp(t, lo, hi);

@@ -51,12 +51,20 @@ struct MathFunction {
   std::vector<double> x, f;  ///< linear: times [s], ascending, and values; constant outside
   double x0 = 0, a = 0;      ///< sine: sin(a (t - x0)) in [lo, hi], 0 outside
   double lo = std::numeric_limits<double>::min(), hi = std::numeric_limits<double>::max();
+  bool differentiated = false;    ///< the factor is the slope of value() [1/s]
   bool integrated = false;        ///< the factor is the integral() [s]
   std::vector<double> sums = {};  ///< linear, with `integrated`: integrals from x.front() to x
 
-  double operator()(double t) const { return integrated ? integral(t) : value(t); }
+  double operator()(double t) const {
+    return integrated ? integral(t) : differentiated ? slope(t) : value(t);
+  }
   double value(double t) const;
-  double integral(double t) const;  ///< [s] of value() from 0 to t
+  double slope(double t) const;     ///< [1/s] of value(), behind t
+  double integral(double t) const;  ///< [s] of value(), or of its slope() [-], from 0 to t
+  /// In a step from t on. Exact of slopes, so that what moves by them is where value() says; else
+  /// that in its middle.
+  double mean(double t, double dt) const;
+  double largest() const;  ///< the most of value(), or of slope()
 };
 
 /// The function whose values are the integral of another one.

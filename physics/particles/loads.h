@@ -18,6 +18,13 @@ double load_factor(const Model<Dim>& model, int function, double t) {
   return function < 0 ? 1.0 : model.functions[static_cast<std::size_t>(function)](t);
 }
 
+/// The factor of a velocity in a step (MathFunction::mean()).
+template <int Dim>
+double mean_factor(const StepContext<Dim>& step, int function) {
+  if (function < 0) return 1.0;
+  return step.model->functions[static_cast<std::size_t>(function)].mean(step.time, step.dt);
+}
+
 /// The pressure [Pa] that is prescribed at a node (Patch::fixed_pressure) at time t [s].
 template <int Dim, class FixedPressure>
 double pressure_given(const Model<Dim>& model, const FixedPressure& fixed, double t) {
@@ -44,12 +51,6 @@ std::uint64_t loads_of_all(const Model<Dim>& model) {
   return bits;
 }
 
-/// The time for which velocities of a step are prescribed [s]: its middle.
-template <int Dim>
-double middle_of(const StepContext<Dim>& step) {
-  return step.time + 0.5 * step.dt;
-}
-
 /// What is prescribed of a particle's velocity; of several for a direction the last wins.
 template <int Dim>
 struct PrescribedVelocity {
@@ -72,7 +73,7 @@ PrescribedVelocity<Dim> prescribed_velocity(const Particles<Dim>& particles, Loc
       found.along[d] = true;
       found.velocity[d] = model.particle_velocities[k].velocity;
       if (const int function = model.particle_velocities[k].function; function >= 0)
-        found.velocity[d] *= load_factor(model, function, middle_of(step));
+        found.velocity[d] *= mean_factor(step, function);
     }
   return found;
 }

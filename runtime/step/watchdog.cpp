@@ -35,10 +35,7 @@ const char* key_of(WatchdogAlarm::Kind kind) {
 template <int Dim>
 double largest_factor(const Model<Dim>& model, int function) {
   if (function < 0) return 1;
-  const MathFunction& f = model.functions[static_cast<std::size_t>(function)];
-  double largest = f.kind == MathFunction::Kind::sine ? 1 : 0;
-  for (const double value : f.f) largest = std::max(largest, std::abs(value));
-  return largest;
+  return model.functions[static_cast<std::size_t>(function)].largest();
 }
 
 template <int Dim>

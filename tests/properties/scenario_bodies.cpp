@@ -241,6 +241,10 @@ Json functions_of(Choices& choices, const Outline& outline) {
       all.push_back({{"type", "Sin"}, {"x0", 0.01}, {"a", 60}});
     else
       all.push_back({{"type", "Linear"}, {"xvalues", {0, 0.05, 0.1}}, {"fxvalues", {0, 1, -0.5}}});
+    if (!outline.cbgeo && choices.chance(name("function", i, "derivative"), 20)) {
+      all.back()["derivative"] = true;
+      if (all.back().contains("fxvalues")) all.back()["fxvalues"] = {0, 0.05, 0.02};
+    }
   }
   return all;
 }

@@ -240,3 +240,40 @@ TEST_CASE("the force that moves a block is that of the block, however much motio
       CHECK(std::abs(row.balance) < 1e-3 * row.internal);
     }
 }
+
+// Steps end nowhere at the points of the record.
+TEST_CASE("nodes, particles and rigid bodies follow displacements that a function has as values") {
+  const std::string nodes =
+      R"("velocity_constraints": [{"nset_id": -1, "dir": "x", "velocity": 2, "math_function_id": 0},
+                                  {"nset_id": -1, "dir": "y", "velocity": 0}])";
+  const std::string particles =
+      R"("particles_velocity_constraints":
+           [{"pset": "all", "dir": "x", "velocity": 2, "math_function_id": 0}])";
+  for (const std::string& held : {nodes, particles})
+    for (const char* scheme : {"usf", "musl"})
+      for (const double dt : {7e-4, 2e-3}) {
+        Simulation simulation(model_of_text<2>(fmt::format(
+            R"({{"mesh": {{"structured": {{"cell_size": 0.25, "extent": [4, 2]}},
+                           "boundary_conditions": {{{}}}}},
+                "math_functions": [{{"type": "Linear", "derivative": true,
+                  "xvalues": [0, 0.0131, 0.0505, 0.11], "fxvalues": [0.1, 0.102, 0.09, 0.13]}}],
+                "materials": [{{"type": "LinearElastic", "density": 1000, "youngs_modulus": 1e6,
+                                "poisson_ratio": 0}}],
+                "rigid_bodies": [{{"velocity": [0, -3], "math_function_id": 0,
+                  "region": {{"sphere": {{"centre": [3, 1.5], "radius": 0.2}}}}}}],
+                "particles": [{{"generator": {{"type": "region", "per_cell": 2, "material": 0,
+                  "pset": "all", "region": {{"box": {{"min": [1, 0], "max": [2, 1]}}}}}}}}],
+                "analysis": {{"mpm_scheme": "{}", "dt": {}, "end_time": 0.12}}}})",
+            held, scheme, dt)));
+        for (const double until : {0.03, 0.12}) {
+          while (!simulation.finished() && simulation.time() < until) simulation.advance(1);
+          const double time = simulation.time();
+          const double by =
+              time > 0.11 ? 0.03 : 0.002 - 0.012 * (time - 0.0131) / (0.0505 - 0.0131);
+          const State end(simulation.frame());
+          for (Index p = 0; p < end.size(); ++p)
+            CHECK(end.get("displacement", p, 0) == doctest::Approx(2 * by));
+          CHECK(simulation.history().bodies.at(0).place[1] == doctest::Approx(1.5 - 3 * by));
+        }
+      }
+}
