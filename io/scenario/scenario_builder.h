@@ -238,6 +238,8 @@ class ScenarioBuilder {
                                                   double most) const;
   void find_reaches();
   void find_sides();  ///< Model::sides; scenario_sides.cpp; after the conditions; collective
+  void warn_of_moving_side(const RigidBody<Dim>& side);
+  void warn_of_bodies_behind(const RigidBody<Dim>& side);
   // scenario_contact.cpp
   void build_contact();
   void check_scheme_of_contact();

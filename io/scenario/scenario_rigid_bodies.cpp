@@ -366,7 +366,9 @@ void ScenarioBuilder<Dim>::check_overlap_of_bodies() {
     return model_.rigid_bodies[k].motion == RigidBody<Dim>::Motion::free;
   };
   for (std::size_t k = 0; k < n; ++k)
-    if (is_free(k)) points[k] = surface_points(*model_.rigid_bodies[k].solid, cuts);
+    if (is_free(k))
+      for (const auto& point : surface_points(*model_.rigid_bodies[k].solid, cuts))
+        points[k].push_back(point.x);
   for (std::size_t k = 0; k < n; ++k)
     for (std::size_t j = k + 1; j < n; ++j) {
       const std::size_t free = is_free(k) ? k : j;

@@ -86,7 +86,7 @@ class Polygon final : public Solid<2> {
     if (area < 0) std::reverse(corner_.begin(), corner_.end());
   }
   Near<2> nearest(const Vec<2>& x) const override {
-    bool inside = false;
+    bool inside = false, at_corner = false;
     double least = inf;
     Vec<2> to = Vec<2>::Zero(), out = Vec<2>::UnitY();
     for (std::size_t i = 0, j = corner_.size() - 1; i < corner_.size(); j = i++) {
@@ -98,13 +98,16 @@ class Polygon final : public Solid<2> {
         least = from.squaredNorm();
         to = from;
         out = Vec<2>(edge.y(), -edge.x()).normalized();
+        at_corner = t == 0 || t == 1;
       }
       if ((b.y() > x.y()) != (a.y() > x.y()) &&
           x.x() < (a.x() - b.x()) * (x.y() - b.y()) / (a.y() - b.y()) + b.x())
         inside = !inside;
     }
     const double distance = std::sqrt(least);
-    if (distance < 1e-12 * corner_scale()) return {0, out};  // on it, a direction would be noise
+    if (!at_corner)
+      return {to.dot(out), out};  // a direction from the edge would be noise beside it
+    if (distance < 1e-9 * corner_scale()) return {inside ? -distance : distance, out};
     return {inside ? -distance : distance, (inside ? -1.0 : 1.0) / distance * to};
   }
   Bounds<2> bounds() const override {

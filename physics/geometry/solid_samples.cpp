@@ -1,8 +1,11 @@
 #include "physics/geometry/solid_samples.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <optional>
 
@@ -50,7 +53,106 @@ std::optional<Vec<Dim>> on_surface(const Solid<Dim>& solid, Vec<Dim> x, double h
   return {};
 }
 
+template <int Dim>
+struct Plane {
+  Vec<Dim> normal;
+  double offset;  ///< [m] from the place that is looked at, along the normal
+};
+
+/// The way [m] to the nearest place on two planes.
+template <int Dim>
+Vec<Dim> to_both(const Plane<Dim>& one, const Plane<Dim>& two) {
+  const double dot = one.normal.dot(two.normal), square = 1 - dot * dot;
+  return (one.offset - dot * two.offset) / square * one.normal +
+         (two.offset - dot * one.offset) / square * two.normal;
+}
+
+/// Edges and corners of a solid beside its points.
+template <int Dim>
+class SharpPoints {
+ public:
+  SharpPoints(const Solid<Dim>& solid, double h) : solid_(solid), h_(h) {}
+  const std::vector<SurfacePoint<Dim>>& all() const { return all_; }
+
+  /// Add those where planes meet that are next to x on the surface.
+  void look_beside(const Vec<Dim>& x) {
+    const std::vector<Plane<Dim>> planes = planes_beside(x);
+    for (std::size_t i = 0; i < planes.size(); ++i)
+      for (std::size_t j = i + 1; j < planes.size(); ++j) {
+        if (!turns(planes[i].normal, planes[j].normal)) continue;
+        add(x + to_both(planes[i], planes[j]), {planes[i].normal, planes[j].normal});
+        if constexpr (Dim == 3)
+          for (std::size_t k = j + 1; k < planes.size(); ++k) {
+            Eigen::Matrix3d normals;
+            normals << planes[i].normal.transpose(), planes[j].normal.transpose(),
+                planes[k].normal.transpose();
+            if (std::abs(normals.determinant()) < least_corner) continue;
+            const Vec<3> offsets(planes[i].offset, planes[j].offset, planes[k].offset);
+            add(x + normals.inverse() * offsets,
+                {planes[i].normal, planes[j].normal, planes[k].normal});
+          }
+      }
+  }
+  bool is_near(const Vec<Dim>& x, double distance) const {
+    return std::any_of(all_.begin(), all_.end(),
+                       [&](const auto& known) { return (known.x - x).norm() < distance; });
+  }
+
+ private:
+  static constexpr double least_corner = 0.05;  // product of three normals
+  static constexpr double exact = 1e-6;         // of the distance h of points
+
+  /// Planes that are at least 15 degrees and at most 165 degrees apart make an edge.
+  static bool turns(const Vec<Dim>& one, const Vec<Dim>& two) {
+    return std::abs(one.dot(two)) < 0.966;
+  }
+  std::vector<Plane<Dim>> planes_beside(const Vec<Dim>& x) const {
+    std::vector<Plane<Dim>> planes{{solid_.nearest(x).normal, 0}};
+    const Vec<Dim> normal = planes.front().normal;
+    for (const Vec<Dim>& along : directions_across<Dim>(normal))
+      for (const double depth : {0.0, 0.25}) {
+        const Vec<Dim> way = h_ * (along - depth * normal);
+        const auto near = solid_.nearest(x + way);
+        if (std::abs(near.distance) > 1.5 * h_) continue;
+        const bool is_new = std::all_of(planes.begin(), planes.end(), [&](const auto& known) {
+          return known.normal.dot(near.normal) < 0.966;
+        });
+        if (is_new) planes.push_back({near.normal, way.dot(near.normal) - near.distance});
+      }
+    return planes;
+  }
+  void add(const Vec<Dim>& x, std::initializer_list<Vec<Dim>> normals) {
+    const bool is_corner = normals.size() == Dim;
+    if (std::abs(solid_.nearest(x).distance) > exact * h_) return;
+    Vec<Dim> out = Vec<Dim>::Zero();
+    for (const Vec<Dim>& normal : normals) {  // inner edges hide what is beside them
+      if (solid_.nearest(x + 0.1 * h_ * normal).distance < 0.05 * h_) return;
+      out += normal;
+    }
+    if (!is_near(x, (is_corner ? 0.01 : 0.25) * h_)) all_.push_back({x, out.normalized(), true});
+  }
+
+  const Solid<Dim>& solid_;
+  double h_;
+  std::vector<SurfacePoint<Dim>> all_;
+};
+
 }  // namespace
+
+template <int Dim>
+std::vector<Vec<Dim>> directions_across(const Vec<Dim>& normal) {
+  const Vec<Dim> one = normal.unitOrthogonal();
+  if constexpr (Dim == 2) {
+    return {one, -one};
+  } else {
+    std::vector<Vec<3>> all;
+    const Vec<3> two = normal.cross(one);
+    for (const int k : {-1, 0, 1})
+      for (const int j : {-1, 0, 1})
+        if (k != 0 || j != 0) all.push_back((k * one + j * two).normalized());
+    return all;
+  }
+}
 
 template <int Dim>
 SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts, bool around_axis) {
@@ -86,24 +188,30 @@ SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts, bool around_axis
 }
 
 template <int Dim>
-std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts) {
-  std::vector<Vec<Dim>> points;
+std::vector<SurfacePoint<Dim>> surface_points(const Solid<Dim>& solid, int cuts) {
+  std::vector<Vec<Dim>> found;
   const auto [low, high] = solid.bounds();
-  const double h = (high - low).maxCoeff() / cuts;
-  std::array<int, 3> n{1, 1, 1};
-  for (int d = 0; d < Dim; ++d)
-    n[static_cast<std::size_t>(d)] = static_cast<int>(std::ceil((high - low)[d] / h)) + 1;
+  const double longest = (high - low).maxCoeff() / cuts;
+  std::array<int, 3> n = boxes_of<Dim>(high - low, cuts);
+  Vec<Dim> h = high - low;
+  for (int d = 0; d < Dim; ++d) h[d] /= n[static_cast<std::size_t>(d)]++;
   for_numbers(n, [&, low = low](const std::array<int, 3>& at) {
-    const Vec<Dim> x = place<Dim>(low, Vec<Dim>::Constant(h), at, 0);
-    if (std::abs(solid.nearest(x).distance) > 0.5 * h) return;
-    if (const auto point = on_surface<Dim>(solid, x, h)) points.push_back(*point);
+    const Vec<Dim> x = place<Dim>(low, h, at, 0);
+    if (std::abs(solid.nearest(x).distance) > 0.5 * longest) return;
+    if (const auto point = on_surface<Dim>(solid, x, longest)) found.push_back(*point);
   });
+  SharpPoints<Dim> sharp(solid, longest);
+  for (const Vec<Dim>& x : found) sharp.look_beside(x);
+  std::vector<SurfacePoint<Dim>> points = sharp.all();
+  for (const Vec<Dim>& x : found)
+    if (!sharp.is_near(x, 0.02 * longest)) points.push_back({x, solid.nearest(x).normal, false});
   return points;
 }
 
 #define LAHAR_INSTANTIATE(Dim)                                              \
   template SolidMoments<Dim> moments_of<Dim>(const Solid<Dim>&, int, bool); \
-  template std::vector<Vec<Dim>> surface_points<Dim>(const Solid<Dim>&, int);
+  template std::vector<Vec<Dim>> directions_across<Dim>(const Vec<Dim>&);   \
+  template std::vector<SurfacePoint<Dim>> surface_points<Dim>(const Solid<Dim>&, int);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)
 #undef LAHAR_INSTANTIATE

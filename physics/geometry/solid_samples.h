@@ -22,8 +22,20 @@ struct SolidMoments {
 template <int Dim>
 SolidMoments<Dim> moments_of(const Solid<Dim>& solid, int cuts, bool around_axis = false);
 
-/// Points on the surface of a solid with an end, about `cuts` along its longest edge.
+/// Directions in the plane across a unit vector: both in two dimensions, eight in three.
 template <int Dim>
-std::vector<Vec<Dim>> surface_points(const Solid<Dim>& solid, int cuts);
+std::vector<Vec<Dim>> directions_across(const Vec<Dim>& normal);
+
+template <int Dim>
+struct SurfacePoint {
+  Vec<Dim> x;     ///< [m]
+  Vec<Dim> out;   ///< unit vector out of the solid; the mean of the sides of an edge
+  bool is_sharp;  ///< on an edge or a corner that points outwards
+};
+
+/// Points on the surface of a solid with an end, about `cuts` along its longest edge. Corners are
+/// points, and edges have theirs, where sides meet at 15 degrees or more.
+template <int Dim>
+std::vector<SurfacePoint<Dim>> surface_points(const Solid<Dim>& solid, int cuts);
 
 }  // namespace lahar

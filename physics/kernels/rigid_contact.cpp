@@ -229,7 +229,7 @@ template <int Dim>
 Placement<Dim> placement_after(const StepContext<Dim>& step, std::size_t k) {
   const RigidBody<Dim>& body = step.model->rigid_bodies[k];
   if (body.motion == RigidBody<Dim>::Motion::free) return step.placements[k];
-  return placement_at(body, step.model->functions, step.time + step.dt);
+  return placement_at(body, step.model->functions, step.time + step.dt, step.dt);
 }
 
 template <int Dim>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lahar {
 
@@ -15,7 +16,11 @@ double MathFunction::value(double t) const {
 }
 
 double MathFunction::slope(double t) const {
-  if (kind == Kind::sine) return t >= lo && t <= hi ? a * std::cos(a * (t - x0)) : 0.0;
+  // By default `lo` is the least positive number, as in CB-Geo MPM: motion begins at 0.
+  if (kind == Kind::sine) {
+    const double from = lo == std::numeric_limits<double>::min() ? 0 : lo;
+    return t >= from && t <= hi ? a * std::cos(a * (t - x0)) : 0.0;
+  }
   if (x.empty() || t < x.front() || t >= x.back()) return 0;
   const auto i = static_cast<std::size_t>(std::upper_bound(x.begin(), x.end(), t) - x.begin());
   return (f[i] - f[i - 1]) / (x[i] - x[i - 1]);

@@ -48,8 +48,9 @@ enum class Affine {
 /// A factor that multiplies a load over time.
 struct MathFunction {
   enum class Kind { linear, sine } kind = Kind::linear;
-  std::vector<double> x, f;  ///< linear: times [s], ascending, and values; constant outside
-  double x0 = 0, a = 0;      ///< sine: sin(a (t - x0)) in [lo, hi], 0 outside
+  std::vector<double> x = {},
+                      f = {};  ///< linear: times [s], ascending, and values; constant outside
+  double x0 = 0, a = 0;        ///< sine: sin(a (t - x0)) in [lo, hi], 0 outside
   double lo = std::numeric_limits<double>::min(), hi = std::numeric_limits<double>::max();
   bool differentiated = false;    ///< the factor is the slope of value() [1/s]
   bool integrated = false;        ///< the factor is the integral() [s]

@@ -43,6 +43,7 @@ StrengthOfModel reduce_strength(Model<Dim>& model, double factor) {
     body.friction /= factor;
     body.cohesion /= factor;
   }
+  for (RigidBody<Dim>& side : model.sides) side.friction /= factor;
   for (NodeFriction& wall : entries_of<NodeFriction>(model)) wall.friction /= factor;
   model.analysis.contact.friction /= factor;
   return divided;

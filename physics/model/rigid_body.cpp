@@ -30,7 +30,7 @@ Eigen::Matrix<double, Dim, Dim> rotation_by(const Vec<3>& angle) {
 
 template <int Dim>
 Placement<Dim> placement_at(const RigidBody<Dim>& body, const std::vector<MathFunction>& functions,
-                            double time) {
+                            double time, double dt) {
   Placement<Dim> at;
   at.origin = body.centre + body.moved;
   at.axes = body.turned;
@@ -38,7 +38,7 @@ Placement<Dim> placement_at(const RigidBody<Dim>& body, const std::vector<MathFu
   double factor = 1, duration = time;
   if (body.function >= 0) {
     const MathFunction& f = functions[static_cast<std::size_t>(body.function)];
-    factor = f(time);
+    factor = f.differentiated && dt > 0 ? f.mean(time - dt, dt) : f(time);
     duration = f.integral(time);
   }
   at.origin += duration * body.velocity;
@@ -59,11 +59,11 @@ void Reaction::add(const Vec<Dim>& at, const Vec<Dim>& arm) {
   }
 }
 
-#define LAHAR_INSTANTIATE(Dim)                                                         \
-  template struct Placement<Dim>;                                                      \
-  template Eigen::Matrix<double, Dim, Dim> rotation_by<Dim>(const Vec<3>&);            \
-  template Placement<Dim> placement_at<Dim>(const RigidBody<Dim>&,                     \
-                                            const std::vector<MathFunction>&, double); \
+#define LAHAR_INSTANTIATE(Dim)                                                                 \
+  template struct Placement<Dim>;                                                              \
+  template Eigen::Matrix<double, Dim, Dim> rotation_by<Dim>(const Vec<3>&);                    \
+  template Placement<Dim> placement_at<Dim>(const RigidBody<Dim>&,                             \
+                                            const std::vector<MathFunction>&, double, double); \
   template void Reaction::add<Dim>(const Vec<Dim>&, const Vec<Dim>&);
 LAHAR_INSTANTIATE(2)
 LAHAR_INSTANTIATE(3)

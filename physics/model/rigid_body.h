@@ -62,10 +62,11 @@ struct RigidBody {
   }
 };
 
-/// Where a body that is not free is at a time [s]: a pure function of time.
+/// Where a body that is not free is at a time [s]: a pure function of time. Velocities that are
+/// slopes are means of the step of `dt` [s] before that, if one is given.
 template <int Dim>
 Placement<Dim> placement_at(const RigidBody<Dim>& body, const std::vector<MathFunction>& functions,
-                            double time);
+                            double time, double dt = 0);
 
 /// A rotation by the vector `angle` [rad]: about its direction, by its length. In two dimensions
 /// about z.

@@ -102,11 +102,42 @@ std::vector<double> gravity_of(const AnyModel& any) {
       any);
 }
 
+/// Free rigid bodies, and where they are when a trial begins.
+class FreeBodies {
+ public:
+  explicit FreeBodies(const AnyModel& model) {
+    std::visit(
+        [&](const auto& own) {
+          using Motion = typename std::decay_t<decltype(own.rigid_bodies.front())>::Motion;
+          for (const auto& body : own.rigid_bodies) free_.push_back(body.motion == Motion::free);
+        },
+        model);
+  }
+  bool any() const { return std::ranges::find(free_, true) != free_.end(); }
+  void begin(std::vector<RigidBodyRow> at) { start_ = std::move(at); }
+  /// So far [m] the furthest has moved.
+  double way(const std::vector<RigidBodyRow>& now) const {
+    double most = 0;
+    for (std::size_t k = 0; k < std::min(now.size(), free_.size()); ++k) {
+      if (!free_[k]) continue;
+      double square = 0;
+      for (std::size_t d = 0; d < 3; ++d)
+        square += std::pow(now[k].place[d] - start_[k].place[d], 2);
+      most = std::max(most, std::sqrt(square));
+    }
+    return most;
+  }
+
+ private:
+  std::vector<RigidBodyRow> start_;
+  std::vector<bool> free_;
+};
+
 /// Steps until it is known what comes of the trial. A body that fails moves on and on: twice as far
 /// in twice the time, or further. One that consolidates moves with the root of time. One that rests
 /// may have single particles that tremble; nodes do not feel them.
-void follow(Simulation& simulation, const FailureBounds& bounds, bool has_pores,
-            const Communicator& ranks, SafetyTrial& trial) {
+void follow(Simulation& simulation, const FailureBounds& bounds, const FreeBodies& bodies,
+            bool has_pores, const Communicator& ranks, SafetyTrial& trial) {
   using End = SafetyTrial::End;
   const double ever_less = has_pores ? 1.5 : 1.25;  // times as far in twice the time
   // Who moves further than this without water to wait for has failed, though cells that lock hold
@@ -126,6 +157,8 @@ void follow(Simulation& simulation, const FailureBounds& bounds, bool has_pores,
     if (ranks.any(stop_signal() != 0)) throw SafetyStopped{};
     trial.steps = simulation.step();
     trial.displacement = largest_displacement(simulation.frame_source(), ranks);
+    if (bodies.any())
+      trial.displacement = std::max(trial.displacement, bodies.way(simulation.history().bodies));
     if (simulation.time() <= 0.5 * bounds.time) at_half = trial.displacement;
     end = decide();
   }
@@ -260,6 +293,7 @@ SafetyTrial SafetyTrials::made(double factor) const {
   const SimulationState state = state_at_start(*equilibrium_, false);
   const ModelOutline model = outline_of(scenario.model);
   const std::vector<double> gravity = gravity_of(scenario.model);
+  FreeBodies bodies(scenario.model);
   ask_at_signals();
   RankWatch watch(ranks, [] { return stop_signal() != 0; });
   Observer observer;
@@ -273,7 +307,8 @@ SafetyTrial SafetyTrials::made(double factor) const {
       failure_bounds(simulation.frame_source(), model.materials, gravity, ranks);
   SafetyTrial trial{.factor = factor};
   try {
-    follow(simulation, bounds, model.analysis.two_phase, ranks, trial);
+    bodies.begin(simulation.history().bodies);
+    follow(simulation, bounds, bodies, model.analysis.two_phase, ranks, trial);
   } catch (const SimulationError& error) {
     trial.end = SafetyTrial::End::broke;
     trial.problem = error.what();

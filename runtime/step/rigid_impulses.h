@@ -20,11 +20,19 @@ struct StruckBody {
 
 /// A point at which a body meets another one.
 struct Touch {
-  std::size_t body, other;  ///< of the list of bodies
-  Vec<3> arm, other_arm;    ///< [m] from their origins
-  Vec<3> normal;            ///< unit vector from the other body to this one
-  double least = 0;         ///< [m/s] so fast at least they part, along the normal
-  double friction = 0;      ///< Coulomb's coefficient [-], may be infinite
+  std::size_t body, other;            ///< of the list of bodies
+  Vec<3> arm = Vec<3>::Zero();        ///< [m] from the origin of the body
+  Vec<3> other_arm = Vec<3>::Zero();  ///< [m] from that of the other one
+  Vec<3> normal = Vec<3>::Zero();     ///< unit vector from the other body to this one
+  double least = 0;                   ///< [m/s] so fast at least they part, along the normal
+  double friction = 0;                ///< Coulomb's coefficient [-], may be infinite
+};
+
+struct Impulses {
+  int sweeps = 0;
+  double work = 0;       ///< [J] by which they change the kinetic energy of what moves freely
+  double exchanged = 0;  ///< [J] sizes of the parts of which the work is a sum
+  bool makes_energy() const { return work > 1e-9 * exchanged; }  ///< beyond rounding
 };
 
 /// Give bodies the velocities that they have after impulses at all points. With w the velocity of
@@ -34,10 +42,12 @@ struct Touch {
 ///     |T| <= mu N,  and T is against w across n where |T| = mu N, or else w across n is 0
 ///
 /// (Moreau 1988; Jean 1999), by sweeps of the projected Gauss-Seidel method over the points, there
-/// and back, until no sweep changes a velocity by more than `tolerance` [m/s], 500 at most.
+/// and back, with conjugate gradients between them, until no sweep changes a velocity by more than
+/// `tolerance` [m/s], 500 at most.
 /// Momentum of free bodies together is kept to rounding. `dimension` is 2 or 3: friction acts along
-/// one direction or in a plane. Returns the sweeps.
-int strike(std::span<StruckBody> bodies, std::span<const Touch> touches, int dimension,
-           double tolerance);
+/// one direction or in a plane. A point at which bodies can hardly move along the normal, as they
+/// are held, has no impulse.
+Impulses strike(std::span<StruckBody> bodies, std::span<const Touch> touches, int dimension,
+                double tolerance);
 
 }  // namespace lahar

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "io/base/text.h"
 #include "physics/model/body_overlap.h"
@@ -136,7 +138,7 @@ Placement<Dim> moved(const RigidBody<Dim>& body, Placement<Dim> at, const Reacti
 }  // namespace
 
 template <int Dim>
-void RigidMotion<Dim>::begin(Step first) {
+void RigidMotion<Dim>::begin(Step first, double time) {
   if (!any_free()) return;
   collisions_.begin();
   std::vector<Placement<Dim>> at;
@@ -147,7 +149,8 @@ void RigidMotion<Dim>::begin(Step first) {
     // A stage may hold what was moving.
     place.velocity = body.velocity.cwiseProduct(Vec<Dim>::Ones() - body.held);
     place.spin = body.spin.cwiseProduct(Vec<3>::Ones() - body.held_spin);
-    at.push_back(place);
+    const bool is_free = body.motion == RigidBody<Dim>::Motion::free;
+    at.push_back(is_free ? place : placement_at(body, model_.functions, time));
   }
   after_[first + max_lead + 1] = at;  // the slot of the step before the first
   reactions_[first] = taken_;
@@ -201,7 +204,7 @@ void RigidMotion<Dim>::take_over(const std::vector<RigidBodyState>& bodies,
 }
 
 template <int Dim>
-void RigidMotion<Dim>::resume(Step step, const std::vector<RigidBodyState>& bodies) {
+void RigidMotion<Dim>::resume(Step step, double time, const std::vector<RigidBodyState>& bodies) {
   auto& own = model_.rigid_bodies;
   if (bodies.size() != own.size() && (any_free() || !bodies.empty()))
     throw InputError("the state has other rigid bodies than the scenario");
@@ -209,7 +212,7 @@ void RigidMotion<Dim>::resume(Step step, const std::vector<RigidBodyState>& bodi
     own[k].moved = components<Dim>(bodies[k].moved);
     own[k].turned = axes_of<Dim>(bodies[k].turned);
   }
-  begin(step);
+  begin(step, time);
   if (!any_free()) return;
   for (std::size_t k = 0; k < own.size(); ++k) {
     after_[step + max_lead + 1][k] = placement_of<Dim>(bodies[k]);
@@ -288,7 +291,7 @@ void RigidMotion<Dim>::move(Step step, double time, double dt) {
       const RigidBody<Dim>& body = model_.rigid_bodies[k];
       to.push_back(body.motion == RigidBody<Dim>::Motion::free
                        ? moved(body, from[k], reactions_[step][k], gravity, dt)
-                       : placement_at(body, model_.functions, time + dt));
+                       : placement_at(body, model_.functions, time + dt, dt));
     }
     return to;
   };
@@ -318,7 +321,7 @@ std::vector<StruckBody> RigidMotion<Dim>::collide(const std::vector<Encounter<Di
                                                   double dt,
                                                   std::vector<Placement<Dim>>& now) const {
   constexpr double rounding = 1e-10;  // of speeds
-  constexpr double out_in_step = 0.2;
+  constexpr double out_in_step = 0.2, out_of_spacing = 0.1;
   std::vector<StruckBody> before, struck, out;
   for (std::size_t k = 0; k < now.size(); ++k) {
     const RigidBody<Dim>& body = model_.rigid_bodies[k];
@@ -340,14 +343,14 @@ std::vector<StruckBody> RigidMotion<Dim>::collide(const std::vector<Encounter<Di
     before.back() = struck.back() = at;
   }
   for (auto* const all : {&before, &struck, &out}) all->resize(now.size() + model_.sides.size());
-  double fastest = 0;
+  double fastest = 0, deepest = 0;
   std::vector<Touch> touches, inside;
+  std::vector<double> jumps;  // [m/s] with which bodies part, by touch; 0: they need not
   for (const Encounter<Dim>& encounter : encounters) {
-    const RigidBody<Dim>&body = collisions_.body(encounter.free),
+    const RigidBody<Dim>&body = collisions_.body(encounter.body),
           &other = collisions_.body(encounter.other);
-    Touch touch{.body = encounter.free, .other = encounter.other};
-    touch.arm = touch.other_arm = touch.normal = Vec<3>::Zero();
-    touch.arm.template head<Dim>() = encounter.x - now[encounter.free].origin;
+    Touch touch{.body = encounter.body, .other = encounter.other};
+    touch.arm.template head<Dim>() = encounter.x - now[encounter.body].origin;
     if (encounter.other < now.size())
       touch.other_arm.template head<Dim>() = encounter.x - now[encounter.other].origin;
     touch.normal.template head<Dim>() = encounter.normal;
@@ -361,20 +364,41 @@ std::vector<StruckBody> RigidMotion<Dim>::collide(const std::vector<Encounter<Di
     const double approach = -first.dot(touch.normal), by_forces = (last - first).dot(touch.normal);
     // What rests on another body does not jump: forces brought its speed in the last two steps.
     const bool strikes = approach > 2 * std::abs(by_forces);
-    const double restitution = std::max(body.restitution, other.restitution);
     const bool meets = encounter.gap + dt * last.dot(touch.normal) < 0;
-    touch.least = restitution > 0 && strikes && meets ? restitution * approach
-                                                      : -std::max(0.0, encounter.gap) / dt;
+    jumps.push_back(strikes && meets ? std::max(body.restitution, other.restitution) * approach
+                                     : 0);
+    touch.least = -std::max(0.0, encounter.gap) / dt;
     touches.push_back(touch);
-    if (encounter.gap >= 0) continue;
-    touch.least = -out_in_step * encounter.gap / dt;
+    if (encounter.gap < 0) {
+      const double furthest = out_of_spacing * collisions_.spacing(encounter.body);
+      touch.least = std::min(-out_in_step * encounter.gap, furthest) / dt;
+      deepest = std::max(deepest, touch.least);
+    }
     touch.friction = 0;
     inside.push_back(touch);
   }
-  strike(struck, touches, Dim, rounding * fastest);
-  double deepest = 0;
-  for (const Touch& touch : inside) deepest = std::max(deepest, touch.least);
-  strike(out, inside, Dim, 1e-6 * deepest);
+  // Restitution by speeds may make energy where friction turns the slip around: then it is less.
+  const auto struck_with = [&](double share) {
+    std::vector<Touch> all = touches;
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (jumps[k] > 0) all[k].least = share * jumps[k];
+    std::vector<StruckBody> bodies = struck;
+    const bool makes_energy = strike(bodies, all, Dim, rounding * fastest).makes_energy();
+    return std::pair(std::move(bodies), makes_energy);
+  };
+  auto result = struck_with(1);
+  if (result.second && std::ranges::any_of(jumps, [](double jump) { return jump > 0; })) {
+    constexpr double finest = 1e-3;
+    result = struck_with(0);
+    double most = 0;
+    for (double half = 0.5; half > finest; half /= 2)
+      if (auto more = struck_with(most + half); !more.second) {
+        most += half;
+        result = std::move(more);
+      }
+  }
+  struck = std::move(result.first);
+  if (deepest > 0) strike(out, inside, Dim, 1e-6 * deepest);
   for (std::size_t k = 0; k < now.size(); ++k) {
     if (model_.rigid_bodies[k].motion != RigidBody<Dim>::Motion::free) continue;
     const Vec<3> jump = struck[k].velocity;

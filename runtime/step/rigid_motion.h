@@ -31,8 +31,9 @@ struct RestOfBodies {
 /// (symplectic Euler: the same order as that of particles). Bodies that would be inside of each
 /// other at the end of the step get impulses at its beginning (strike()), so that they just touch.
 /// At a point where they strike with the speed u they part with e u, e being their restitution:
-/// the larger of the two, as that of friction. What is inside nevertheless, as surfaces bend, is
-/// brought out without a velocity, a fifth of the way in a step. Forces are exact sums over
+/// the larger of the two, as that of friction. It is less where together with friction it would
+/// make energy. What is inside nevertheless, as surfaces bend, is brought out without a velocity, a
+/// fifth of the way in a step, or a tenth of the distance of points. Forces are exact sums over
 /// patches, so that bits do not depend on ranks.
 template <int Dim>
 class RigidMotion {
@@ -40,15 +41,15 @@ class RigidMotion {
   explicit RigidMotion(Model<Dim>& model) : model_(model), collisions_(model) {}
   bool any_free() const { return model_.analysis.free_bodies; }
 
-  /// Bodies are where they begin; nothing has touched them.
-  void begin(Step first);
+  /// Bodies are where they begin, at `time` [s]; nothing has touched them.
+  void begin(Step first, double time);
   /// Before begin(): bodies that another run had, too, by name, are where it ended. Free ones keep
   /// their velocity, and what particles do to them. Throws InputError where others are in the way
   /// of particles. Collective.
   void take_over(const std::vector<RigidBodyState>& bodies, const PatchSet<Dim>& patches,
                  const Communicator& ranks);
   /// Bodies as a state has them, which goes on with `step`.
-  void resume(Step step, const std::vector<RigidBodyState>& bodies);
+  void resume(Step step, double time, const std::vector<RigidBodyState>& bodies);
   /// At the beginning of `step`, at `time` [s].
   std::vector<RigidBodyState> state(Step step, double time) const;
 

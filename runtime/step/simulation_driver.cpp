@@ -94,7 +94,7 @@ template <int Dim>
 void SimulationDriver<Dim>::start(const SimulationState* state) {
   step_ = model_.analysis.first_step;
   if (state) rigid_.take_over(state->run.rigid_bodies, patches_, ranks_);
-  rigid_.begin(step_);
+  rigid_.begin(step_, time());
   history_.begin(history());
   watch_.begin(history_.start());
   const double stable = time_.begin(limits_.present(ranks_), [this] {
@@ -126,7 +126,7 @@ void SimulationDriver<Dim>::resume(const RunState& run) {
   time_.resume(step_, run.time, run.dt, run.dt_limit);
   if (rest_.resume(run.rest)) time_.end_at(step_);
   build_executor();
-  rigid_.resume(step_, run.rigid_bodies);
+  rigid_.resume(step_, run.time, run.rigid_bodies);
   if (sets_dt() && !finished()) set_dt(step_, run.dt_limit);
 }
 

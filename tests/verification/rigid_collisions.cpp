@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -218,4 +219,122 @@ TEST_CASE("rigid bodies: sides of the mesh hold bodies where all their nodes hol
   CHECK(scene.end(0).place[1] < 0);
   scene = {block(1, 1, 0.4, 0, R"("friction": 0.5)").substr(2), 1e-3, 0.5, {0, -9.81}, closed};
   CHECK(scene.end(0).place[1] < 0);
+}
+
+// A point of a face does not run into the front of what slides on this face, and a corner not into
+// the side of the next floor at a seam.
+TEST_CASE("rigid bodies: what slides on free bodies and over seams goes on as on one plane") {
+  const auto box = [](const std::string& name, double x, double y, double width, double height,
+                      const std::string& more) {
+    return fmt::format(R"({{"name": "{}", {}, "region": {{"box": {{"min": [{}, {}],
+                            "max": [{}, {}]}}}}}})",
+                       name, more, x, y, x + width, y + height);
+  };
+  const std::string floor = box("floor", -5, -5, 13, 6, R"("friction": 0)");
+  const auto plank = box("plank", 0.5, 1, 5, 0.2, R"("density": 8000, "friction": 0)");
+  for (const double dt : {4e-3, 1e-3, 2.5e-4})
+    for (const double friction : {0.0, 0.2}) {
+      CAPTURE(dt);
+      CAPTURE(friction);
+      const std::string moving =
+          fmt::format(R"("density": 1000, "velocity": [3, 0], "friction": {})", friction);
+      const double way = 3 * 0.8 - friction * 9.81 * 0.8 * 0.8 / 2;
+      // On a plank that is free.
+      Scene scene{floor + ", " + plank + ", " + box("block", 1, 1.2, 0.5, 0.5, moving), dt, 0.8};
+      RigidBodyRow end = scene.end(2);
+      CHECK(end.place[0] == test::within(0.005, 1.25 + way));
+      CHECK(std::abs(end.place[1] - 1.45) < 1e-4);
+      // Over the seam of two floors; on the floor of a plane mesh that lies on its side.
+      scene.bodies = box("one", -5, -5, 7.13, 6, R"("friction": 0)") + ", " +
+                     box("two", 2.13, -5, 5, 6, R"("friction": 0)") + ", " +
+                     box("block", 1, 1, 0.5, 0.5, moving);
+      end = scene.end(2);
+      CHECK(end.place[0] == test::within(0.005, 1.25 + way));
+      CHECK(std::abs(end.place[1] - 1.25) < 1e-4);
+    }
+  // A floor on a side of the mesh that holds bodies, too, has all of the normal force.
+  Scene scene{box("floor", -5, -5, 13, 5, R"("friction": 0.2)") + ", " +
+                  box("block", 1, 0, 0.5, 0.5, R"("density": 1000, "velocity": [3, 0])"),
+              1e-3, 0.8};
+  scene.boundary = R"("velocity_constraints": [{"nset": "floor", "dir": "y", "velocity": 0}])";
+  CHECK(scene.end(1).place[0] == test::within(0.005, 1.25 + 3 * 0.8 - 0.2 * 9.81 * 0.32));
+}
+
+TEST_CASE("rigid bodies: a gate falls freely along a lower box that it touches") {
+  for (const double clearance : {0.0, 1e-3})
+    for (const double dt : {1e-3, 2.5e-4}) {
+      const Scene scene{fmt::format(R"({{"name": "box", "region": {{"box": {{"min": [1, 0],
+                                         "max": [2, 2]}}}}}},
+                                       {{"name": "gate", "density": 1000, "fixed": ["x", "spin"],
+                                         "region": {{"box": {{"min": [{}, 2.5], "max": [2.3, 3.6]}}}}}})",
+                                    2 + clearance),
+                        dt, 0.5};
+      CHECK(scene.end(1).velocity[1] == test::within(1e-6, -9.81 * 0.5));
+    }
+}
+
+// Block of mass m on a wedge of mass M, all smooth: the wedge moves with
+// m g sin cos / (M + m sin^2) (Landau and Lifshitz, Mechanics).
+TEST_CASE("rigid bodies: a smooth block on a free wedge, both as momentum and energy say") {
+  constexpr double angle = std::numbers::pi / 6, m = 250, M = 1000 * 0.5 * 3 * 3 * 0.57735026919;
+  const double s = std::sin(angle), c = std::cos(angle);
+  const double x = 2.2, y = 1 + (4 - x) * s / c;  // the foot of the block's middle
+  std::vector<std::string> corners;
+  for (const auto& [a, b] : {std::array{-0.25, 0.0}, {0.25, 0.0}, {0.25, 0.5}, {-0.25, 0.5}})
+    corners.push_back(fmt::format("[{}, {}]", x + a * c + b * s, y - a * s + b * c));
+  for (const double dt : {1e-3, 2.5e-4}) {
+    const Scene scene{plane(0) + fmt::format(R"(, {{"name": "wedge", "density": 1000,
+            "region": {{"polygon": {{"points": [[1, 1], [4, 1], [1, {}]]}}}}}},
+          {{"name": "block", "density": 1000,
+            "region": {{"polygon": {{"points": [{}]}}}}}})",
+                                             1 + 3 * s / c, fmt::join(corners, ", ")),
+                      dt, 0.4};
+    CHECK(scene.end(1).velocity[0] ==
+          test::within(0.01, -m * 9.81 * s * c / (M + m * s * s) * 0.4));
+    CHECK(std::abs(M * scene.end(1).velocity[0] + m * scene.end(2).velocity[0]) < 0.01);
+  }
+}
+
+// A box topples when gravity passes its lower corner: at tan = width / height.
+TEST_CASE("rigid bodies: a box topples to either side where its corner lets it") {
+  for (const double width : {0.1008, 0.3})
+    for (const double side : {-1.0, 1.0})
+      for (const double share : {0.985, 1.015}) {
+        const double angle = std::atan(share * width);
+        Scene scene{plane(5) + block(width, 1, 1.5, 0, R"("friction": 5)"),
+                    2e-3,
+                    2,
+                    {side * 9.81 * std::sin(angle), -9.81 * std::cos(angle)}};
+        scene.boundary = R"("velocity_constraints": [{"nset": "base", "dir": "x", "velocity": 0},
+                                                     {"nset": "base", "dir": "y", "velocity": 0}])";
+        CAPTURE(width);
+        CAPTURE(side);
+        CAPTURE(share);
+        const double turned = std::abs(scene.end(1).rotation[2]);
+        if (share > 1)
+          CHECK(turned > 0.5);
+        else
+          CHECK(turned < 0.01);
+      }
+}
+
+// Newton's law of restitution makes energy where friction turns the slip around (Kane and Levinson
+// 1985): there the rebound is smaller.
+TEST_CASE("rigid bodies: a rod that strikes with a slip has no more energy than before") {
+  for (const double restitution : {0.9, 1.0}) {
+    const Scene scene{
+        plane(0.5) + block(2, 0.02, 1.73, 0.785398,
+                           fmt::format(R"("restitution": {}, "velocity": [0.6, -1])", restitution)),
+        1e-3,
+        0.05,
+        {0, 0}};
+    const RigidBodyRow end = scene.end(1);
+    const auto energy = [](double u, double v, double spin) {
+      return 0.5 * (u * u + v * v + (4 + 0.0004) / 12 * spin * spin);
+    };
+    const double after = energy(end.velocity[0], end.velocity[1], end.spin[2]);
+    CHECK(std::abs(end.spin[2]) > 0.1);
+    CHECK(after < energy(0.6, -1, 0) * (1 + 1e-6));
+    CHECK(after > 0.97 * energy(0.6, -1, 0));
+  }
 }

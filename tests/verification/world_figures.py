@@ -97,6 +97,14 @@ def structure(folder):
     return figure if found else None
 
 
+def ball(folder):
+    figure, axes = plt.subplots(figsize=(6, 4))
+    found = draw(folder, axes, "ball-0.2")
+    axes.axhline(0.0212, color="k", ls=":", label="Uehara et al. 2003: at rest")
+    axes.set(xlabel="t [s]", ylabel="depth of the ball [m]")
+    return figure if found else None
+
+
 def columns(folder):
     cases = ["sand-column-1", "sand-column-2", "sand-column-4", "sand-cylinder"]
     figure, all_axes = plt.subplots(len(cases), 1, figsize=(7, 9))
@@ -116,7 +124,7 @@ def main():
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     drawn = 0
-    for make in (rods, front, building, structure, chute, columns):
+    for make in (rods, front, building, structure, chute, ball, columns):
         figure = make(options.curves)
         if figure is None:
             continue

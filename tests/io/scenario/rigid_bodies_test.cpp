@@ -225,6 +225,33 @@ TEST_CASE("rigid bodies: sides all of whose nodes are held along the normal hold
   CHECK(sides_of(free, R"("velocity_constraints": [{"nset": "floor", "dir": "x", "velocity": 0},
                           {"nset": "right", "dir": "x", "velocity": 1}])")
             .empty());
+  // Walls of CB-Geo MPM rub only, constraints hold.
+  CHECK(sides_of(free, R"("friction_constraints": [{"nset": "floor", "dir": "y", "sign_n": -1,
+                          "friction": 0.3, "two_sided": true}])")
+            .empty());
+}
+
+TEST_CASE("rigid bodies: sides that move, or that a body begins behind, are warned of") {
+  const auto warnings = [](const std::string& boundary, double y) {
+    const Parts parts{.bodies = fmt::format(R"({{"name": "b", "density": 100,
+                    "region": {{"sphere": {{"centre": [3, {}], "radius": 0.5}}}}}})",
+                                            y),
+                      .boundary = boundary,
+                      .sets = R"("floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}})"};
+    const Scenario scenario = scenario_of(parts);
+    std::string all;
+    for (const auto& warning : scenario.warnings) all += warning.message + "\n";
+    return std::pair(std::get<Model<2>>(scenario.model).sides.size(), all);
+  };
+  const std::string floor = R"("walls": [{"nset": "floor", "normal": [0, 1], "friction": 0.3}])";
+  const auto shaken = warnings(
+      floor + R"(, "velocity_constraints": [{"nset": "floor", "dir": "x", "velocity": 1}])", 1);
+  CHECK(shaken.first == 0);
+  CHECK(shaken.second.find("the side y = 0 moves as its nodes do") != std::string::npos);
+  const auto behind = warnings(floor, 0.4);
+  CHECK(behind.first == 1);
+  CHECK(behind.second.find("'b' begins 0.1 m behind the side y = 0") != std::string::npos);
+  CHECK(warnings(floor, 0.49).second.find("behind the side") == std::string::npos);
 }
 
 TEST_CASE("rigid bodies: particles that begin inside of one are named, the deepest first") {

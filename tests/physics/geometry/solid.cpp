@@ -176,7 +176,55 @@ TEST_CASE("points of a surface lie on it, at the edges of an intersection, too")
   const auto all = surface_points<3>(*common<3>(sides), 20);
   CHECK(all.size() > 100);
   double worst = 0;
-  for (const Vec<3>& x : all)
-    worst = std::max(worst, ((turn.transpose() * x).cwiseAbs() - half).maxCoeff());
-  CHECK(worst < 1e-9);
+  int corners = 0, of_edges = 0;
+  for (const auto& [x, out, is_sharp] : all) {
+    const Vec<3> beyond = (turn.transpose() * x).cwiseAbs() - half;
+    worst = std::max(worst, beyond.maxCoeff());
+    const auto sides_here = (beyond.array() > -1e-6).count();
+    CHECK((is_sharp ? sides_here > 1 : sides_here >= 1));
+    corners += sides_here == 3 ? 1 : 0;
+    of_edges += sides_here == 2 ? 1 : 0;
+    CHECK(out.norm() == doctest::Approx(1));
+  }
+  CHECK(worst < 1e-6);
+  CHECK(corners == 8);
+  CHECK(of_edges > 60);  // 12 m of edges, points at 0.1 m
+}
+
+TEST_CASE("points of a surface go from end to end, with all corners") {
+  const auto corners_of = [](const Solid<2>& solid) {
+    std::vector<Vec<2>> corners;
+    for (const auto& [x, out, is_sharp] : surface_points<2>(solid, 64))
+      if (is_sharp) corners.push_back(x);
+    return corners;
+  };
+  for (const double width : {0.1008, 0.3, 0.017}) {  // no multiples of the height / 64
+    const auto corners = corners_of(*box<2>(Vec<2>(1, 2), Vec<2>(1 + width, 3)));
+    REQUIRE(corners.size() == 4);
+    double right = 0, upper = 0;
+    for (const Vec<2>& x : corners) {
+      right += std::abs(x[0] - 1 - width) < 1e-9 ? 1 : 0;
+      upper += std::abs(x[1] - 3) < 1e-9 ? 1 : 0;
+    }
+    CHECK(right == 2);
+    CHECK(upper == 2);
+  }
+  // A wedge of 20 degrees, and a notch: its inner corner is none.
+  CHECK(corners_of(*polygon({{0, 0}, {1, 0.1}, {0.1, 0.34}})).size() == 3);
+  CHECK(corners_of(*polygon({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}})).size() == 5);
+  CHECK(corners_of(*ball<2>(Vec<2>(0, 0), 1)).empty());
+  for (const auto& point : surface_points<3>(*ball<3>(Vec<3>(0, 0, 0), 1), 20))
+    CHECK_FALSE(point.is_sharp);
+}
+
+TEST_CASE("the normal of a polygon is that of its side, however near to it") {
+  const double c = std::cos(0.3), s = std::sin(0.3);
+  const Vec<2> along(c, s), out(-s, c), at(301.7, 42.1);
+  const auto solid = polygon({at, at + along, at + along - out, at - out});
+  for (double far = 1e-3; far > 1e-17; far *= 0.07)
+    for (const double side : {-1.0, 1.0}) {
+      const auto near = solid->nearest(at + 0.4 * along + side * far * out);
+      CHECK((near.normal - out).norm() < 1e-12);
+      CHECK(std::abs(near.distance - side * far) < 1e-13);
+    }
 }

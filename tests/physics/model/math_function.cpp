@@ -43,6 +43,12 @@ TEST_CASE("what moves by a slope is where the record says, in steps of any lengt
   }
 }
 
+TEST_CASE("the slope of a sine is there from the start on") {
+  const MathFunction slope = slope_of({.kind = MathFunction::Kind::sine, .a = 9});
+  CHECK(slope(0) == 9);
+  CHECK(slope(-1e-9) == 0);
+}
+
 TEST_CASE("the slope of a sine is its derivative") {
   const MathFunction slope =
       slope_of({.kind = MathFunction::Kind::sine, .x0 = 0.05, .a = 9, .lo = 0, .hi = 1});

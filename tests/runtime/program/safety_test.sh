@@ -99,6 +99,31 @@ block_with -o "$work/rough" --set "/materials/0=$elastic" --set '/rigid_bodies/0
   fail "nothing to divide is accepted"
 grep -q "nothing has a strength that can be reduced" "$work/out" || fail "rough has a strength"
 
+# A free rigid body that slides has failed, and walls under it are divided: 0.6 / tan(15) = 2.239.
+cat >"$work/boulder.json" <<'END'
+{
+  "mesh": {"structured": {"cell_size": 0.1, "extent": [4, 1.4]},
+    "boundary_conditions": {
+      "walls": [{"nset": "floor", "normal": [0, 1], "friction": 0.6}],
+      "velocity_constraints": [{"nset": "right", "dir": "x", "velocity": 0}]}},
+  "sets": {"nodes": {
+    "floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}},
+    "right": {"box": {"min": [2.5, -1], "max": [4, 4]}}}},
+  "particles": [{"generator": {"type": "region", "per_cell": 2, "material": "sand",
+    "region": {"box": {"min": [2.6, 0], "max": [3, 0.4]}}}}],
+  "materials": [{"name": "sand", "type": "MohrCoulomb", "density": 1800, "youngs_modulus": 1e7,
+    "poisson_ratio": 0.3, "friction": 40, "dilation": 0, "cohesion": 1e5, "tension_cutoff": 1e4}],
+  "rigid_bodies": [{"name": "boulder", "density": 2000, "friction": 0,
+    "region": {"box": {"min": [0.5, 0], "max": [1.5, 0.4]}}}],
+  "external_loading_conditions": {"gravity": [2.539014832455729, -9.475732355895762]},
+  "analysis": {"end_time": 4, "damping": {"type": "Cundall", "damping_factor": 0.7},
+               "until": {"imbalance": 0.001}}
+}
+END
+timeout -k 5 240 "$lahar" safety "$work/boulder.json" --tolerance 0.02 -t 1 -o "$work/boulder" \
+  >"$work/out" 2>&1 || fail "a boulder on a slope"
+grep -q "factor of safety 2\.2[2-5]" "$work/out" || fail "the factor of a boulder on a slope"
+
 safety few --set analysis.scheme_settings.quasi_static=false && fail "steps with inertia are taken"
 grep -q "the factor of safety is looked for from an equilibrium" "$work/out" ||
   fail "it does not say that there is no equilibrium"

@@ -88,8 +88,9 @@ TEST_CASE("impulses part bodies, keep their momentum, and make no energy") {
                                      static_cast<std::size_t>(two)));
     const Vec<3> momentum = all.momentum();
     const double kinetic = all.kinetic();
-    strike(all.bodies, touches, dimension, 1e-12);
+    const double work = strike(all.bodies, touches, dimension, 1e-12).work;
     CAPTURE(n);
+    CHECK(all.kinetic() - kinetic == doctest::Approx(work).epsilon(1e-9));
     CHECK((all.momentum() - momentum).norm() < 1e-13 * (1 + momentum.norm()));
     CHECK(all.kinetic() <= kinetic * (1 + 1e-12));
     for (const Touch& touch : touches) CHECK(speed(all, touch) > -1e-8);
@@ -157,6 +158,6 @@ TEST_CASE("what nothing moves stays, and so does what only parts") {
   CHECK(bodies[0].velocity == Vec<3>(0, 0, 1));
   bodies[0].inverse_mass.setOnes();
   touch.normal = {0, 0, 1};
-  CHECK(strike(bodies, {&touch, 1}, 3, 1e-12) == 1);
+  CHECK(strike(bodies, {&touch, 1}, 3, 1e-12).sweeps == 1);
   CHECK(bodies[0].velocity == Vec<3>(0, 0, 1));
 }
