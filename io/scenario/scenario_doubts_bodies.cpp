@@ -371,14 +371,15 @@ void ScenarioBuilder<Dim>::warn_of_lost_foundations() {
   const bool springs = team_.any(!entries_of<NodeSpring>(model_).empty());
   const bool absorbing = team_.any(!entries_of<NodeAbsorption>(model_).empty());
   if (!springs && !absorbing) return;
-  in_.warning(*root_.find("at_start")->find("reset"),
-              fmt::format("{} lose their force where displacements begin at zero again: what they "
-                          "hold against a static load settles once more",
-                          springs && absorbing ? "springs and absorbing boundaries"
-                          : springs            ? "springs"
-                                               : "absorbing boundaries"),
-              "leave \"displacement\" out of 'reset', and take the difference to the last frame of "
-              "the stage before");
+  in_.warning(
+      *root_.find("at_start")->find("reset"),
+      fmt::format("{} lose their force where displacements begin at zero again: what they "
+                  "hold against a static load settles once more",
+                  springs && absorbing ? "springs and absorbing boundaries"
+                  : springs            ? "springs"
+                                       : "absorbing boundaries"),
+      "if they were there before this stage, leave \"displacement\" out of 'reset', and take "
+      "the difference to the last frame of the stage before");
 }
 
 }  // namespace lahar

@@ -109,6 +109,25 @@ void ScenarioBuilder<Dim>::warn_of_walls() {
   const bool pulls = std::any_of(friction.begin(), friction.end(), [](const NodeFriction& f) {
     return f.two_sided && f.friction > 0;
   });
+  // Where constraints move a node along a wall, material moves with it.
+  std::vector<std::pair<Index, int>> moved;
+  for (const NodeVelocity& v : entries_of<NodeVelocity>(model_))
+    if (v.velocity != 0) moved.emplace_back(v.node, v.dir);
+  for (const NodeAcceleration& a : entries_of<NodeAcceleration>(model_))
+    if (a.acceleration != 0) moved.emplace_back(a.node, a.dir);
+  std::sort(moved.begin(), moved.end());
+  const bool glued = std::any_of(friction.begin(), friction.end(), [&](const NodeFriction& f) {
+    if (!std::isfinite(f.friction)) return false;
+    for (int d = 0; d < Dim; ++d)
+      if (d != f.normal && std::binary_search(moved.begin(), moved.end(), std::pair(f.node, d)))
+        return true;
+    return false;
+  });
+  if (team_.any(glued))
+    in_.warning(*friction_entries_.front().entry,
+                "constraints move nodes of a wall along it: material sticks to these nodes, "
+                "whatever the friction of the wall",
+                "a rigid body with that velocity is a floor on which material may slide");
   if (team_.any(pulls) && in_.cbgeo_defaults && !model_.analysis.as_cbgeo)
     in_.warning(*friction_entries_.front().entry,
                 "two-sided friction, as in CB-Geo MPM, slows what slides by more than the "
@@ -216,6 +235,9 @@ void ScenarioBuilder<Dim>::warn_of_clipping(const JsonValue& shape, const Region
   auto [low, high] = region.bounds();
   const auto mesh = mesh_->bounds();
   auto shown = region.bounds();
+  // What lies beyond the axis is the same body once more.
+  if (get_text(section("analysis"), "plane") == "axisymmetric" && low[0] < 0 && high[0] > 0)
+    low[0] = shown.first[0] = 0;
   const bool of_surface = names_surface(shape);
   bool beyond = false;
   for (int d = 0; d < Dim; ++d) {

@@ -208,6 +208,16 @@ void ScenarioBuilder<Dim>::check_implicit_conditions() {
     refuse_implicit(boundary().find(NodeFriction::key), "friction at two-sided walls",
                     "with \"two_sided\": false the wall pushes and does not pull");
   const auto& displacements = entries_of<NodeDisplacement>(model_);
+  const bool by_slope =
+      std::any_of(displacements.begin(), displacements.end(), [this](const NodeDisplacement& one) {
+        return one.function >= 0 &&
+               model_.functions[static_cast<std::size_t>(one.function)].differentiated;
+      });
+  if (team_.any(by_slope))
+    in_.error(*boundary().find(NodeDisplacement::key),
+              "'displacement_constraints' do not go together with a function that has "
+              "\"derivative\": they are displacements of a step",
+              "give 'velocity_constraints' of 1 m/s with this function: nodes follow its values");
   const bool move = std::any_of(displacements.begin(), displacements.end(),
                                 [](const NodeDisplacement& one) { return one.displacement != 0; });
   if (model_.analysis.step.adaptive && team_.any(move))

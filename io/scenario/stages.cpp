@@ -10,6 +10,8 @@
 #include "io/json/values.h"
 #include "io/scenario/scenario_difference.h"
 #include "io/schema/keys.h"
+#include "physics/boundary/node_absorption.h"
+#include "physics/boundary/node_spring.h"
 
 namespace lahar {
 
@@ -260,6 +262,24 @@ std::map<std::string, std::string> texts_of_bodies(const Scenario& scenario,
   return texts;
 }
 
+/// Of those that springs may have.
+std::vector<std::string> keys_of_springs(const Scenario& scenario) {
+  std::vector<std::string> keys;
+  const nlohmann::json::json_pointer where("/mesh/boundary_conditions");
+  const auto json = json_of_text(scenario.full);
+  if (!json.contains(where)) return keys;
+  for (const std::string_view key : {NodeSpring::key, NodeAbsorption::key})
+    if (const auto list = json[where].value(std::string(key), nlohmann::json());
+        list.is_array() && !list.empty())
+      keys.emplace_back(key);
+  return keys;
+}
+
+bool resets_displacements(const Scenario& scenario) {
+  return std::visit([](const auto& model) { return model.changes.reset_displacements; },
+                    scenario.model);
+}
+
 }  // namespace
 
 StageBody body_of(const Scenario& scenario) {
@@ -274,7 +294,8 @@ StageBody body_of(const Scenario& scenario) {
                          .classes = scenario.classes,
                          .rigid_bodies = texts_of_bodies(scenario, {"region", "centre"}, false),
                          .starts = texts_of_bodies(scenario, {"velocity", "spin"}, true),
-                         .b_bar = analysis.mean_volume};
+                         .b_bar = analysis.mean_volume,
+                         .foundations = keys_of_springs(scenario)};
       },
       scenario.model);
 }
@@ -333,6 +354,17 @@ std::vector<Problem> changes_of_method(const StageBody& before, const Scenario& 
          .hint = "prescribe its motion in a stage of its own before (without density and mass), "
                  "or leave them out"}));
   }
+  for (const std::string& key : own.foundations)
+    if (std::ranges::find(before.foundations, key) == before.foundations.end() &&
+        !resets_displacements(stage))
+      found.push_back(stage.place(
+          {.where = "/mesh/boundary_conditions/" + key,
+           .message = fmt::format("stage {}: '{}' begin here, and their springs are stretched by "
+                                  "all that moved in the stages before",
+                                  stage.stages.at(stage.stage), key),
+           .hint = "\"reset\": [\"displacement\"] in this stage lets them begin without a force. "
+                   "What held the nodes before is not taken over: give its reaction as "
+                   "concentrated_nodal_forces"}));
   const bool now = own.b_bar;
   if (now == before.b_bar) return found;
   Problem problem{

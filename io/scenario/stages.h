@@ -30,6 +30,8 @@ struct StageBody {
   /// Of free rigid bodies, by name, the motion with which they begin where they are new.
   std::map<std::string, std::string> starts = {};
   bool b_bar = false;  ///< may change, but not without a word
+  /// Keys of conditions whose springs follow displacements of particles.
+  std::vector<std::string> foundations = {};
 };
 StageBody body_of(const Scenario& scenario);
 
@@ -37,7 +39,8 @@ StageBody body_of(const Scenario& scenario);
 void check_body(const StageBody& before, const Scenario& stage);
 
 /// Warnings where a stage takes another method than the one before, by default or as written, and
-/// where it gives a motion to a free rigid body that keeps its own.
+/// where it gives a motion to a free rigid body that keeps its own, and where springs begin that
+/// know what moved before.
 std::vector<Problem> changes_of_method(const StageBody& before, const Scenario& stage);
 
 /// Whether a stage does to the particles what the one before did, at any time: scenarios with every

@@ -125,6 +125,19 @@ struct TensorProduct {
       for (int i = 0; i < nodes; ++i) dN[d][i] = product(mixed, i);
     }
   }
+  /// The functions at `by` cells from the particles along the first axis, still in their cell. Of
+  /// functions of the place alone.
+  template <class Real>
+  LAHAR_INLINE void functions_beside(Local p, const Real& by, Real (&N)[nodes]) const
+      requires(Axis::of_place) {
+    Real w[Dim][per_axis], s[Dim];
+    place(p, s);
+    s[0] += by;
+    LAHAR_UNROLL
+    for (int d = 0; d < Dim; ++d) axis.at(d, p, s[d], w[d]);
+    fold_at_border<Dim>(border, w);
+    for (int i = 0; i < nodes; ++i) N[i] = product(w, i);
+  }
 
  private:
   /// [-] D over the cell's length squared, below which rounding of the weights is felt.
@@ -145,6 +158,7 @@ class SplineCells {
  public:
   struct Axis {
     static constexpr bool volume_at_centre = false;
+    static constexpr bool of_place = true;  ///< functions do not depend on the particle
     static constexpr double spread = Function::spread;
     static constexpr int per_particle = Function::per_particle;
     template <class Real>
@@ -174,6 +188,7 @@ class GimpCells {
  public:
   struct Axis {
     static constexpr bool volume_at_centre = true;
+    static constexpr bool of_place = false;
     static constexpr double spread = 0.0;  // differs
     static constexpr int per_particle = axis_nodes;
     std::array<const double*, Dim> edge;  ///< [m]

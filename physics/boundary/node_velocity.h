@@ -21,7 +21,8 @@ struct NodeVelocity {
   static constexpr std::string_view help =
       "A prescribed velocity component of a set of nodes, or a `file` of lines `node dir "
       "velocity`. Entries on the same node combine. The first entry for a node and direction wins. "
-      "With a function of time nodes move by its value in the middle of each step.";
+      "With a function of time nodes move by its value in the middle of each step, with one that "
+      "has \"derivative\" exactly as its values say.";
   static constexpr bool native = false;
   static constexpr Combine combine = Combine::first;
   static constexpr bool from_file = true, older_file_form = true;

@@ -14,6 +14,7 @@
 #include "physics/kernels/mean_gradients.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/rigid_contact.h"
+#include "physics/kernels/ring.h"
 #include "physics/kernels/stress_of_step.h"
 #include "physics/kernels/stress_update.h"
 #include "physics/materials/tangent_across.h"
@@ -228,16 +229,13 @@ struct Beginning {
   }
 };
 
-/// N_i / r at particle p of an axisymmetric model.
+/// R_i of particle p of an axisymmetric model (ring.h).
 template <class Basis>
 void hoop_gradients(const Basis& basis, const Patch<2>& patch, Local p, const Local* nodes,
                     double (&h)[Basis::nodes]) {
-  Scalar N[Basis::nodes];
-  basis.functions(p, N);
-  double r = 0;
-  for (int i = 0; i < Basis::nodes; ++i)
-    r += N[i][0] * patch.node_position[static_cast<std::size_t>(nodes[i]) * node_width];
-  for (int i = 0; i < Basis::nodes; ++i) h[i] = N[i][0] / r;
+  Scalar R[Basis::nodes];
+  const double r = ring_functions<Scalar>(basis, patch, p, 1, nodes, R)[0];
+  for (int i = 0; i < Basis::nodes; ++i) h[i] = R[i][0] / r;
 }
 
 /// The larger of the stiffnesses in simple and in pure shear [Pa]: one of them stays where a law

@@ -4,25 +4,6 @@
 
 namespace lahar {
 
-namespace {
-
-/// Radius of a node [m].
-LAHAR_INLINE const double* radius_of(const Patch<2>& patch, Local node) {
-  return &patch.node_position[static_cast<std::size_t>(node) * node_width];
-}
-
-/// Functions at the particles from p on, and their radius there.
-template <class Real, class Basis>
-LAHAR_INLINE Real functions_and_radius(const Basis& basis, const Patch<2>& patch, Local p,
-                                       const Local* nodes, Real (&N)[Basis::nodes]) {
-  basis.functions(p, N);
-  Real r(0.0);
-  for (int i = 0; i < Basis::nodes; ++i) r = multiply_add(r, N[i], radius_of(patch, nodes[i]));
-  return r;
-}
-
-}  // namespace
-
 template <class Real>
 void add_hoop_rates(const Patch<2>& patch, ParticleBins bins, const double* v,
                     VelocityGradients<2>& gradients, double factor) {
@@ -33,10 +14,10 @@ void add_hoop_rates(const Patch<2>& patch, ParticleBins bins, const double* v,
         constexpr int n = std::decay_t<decltype(basis)>::nodes;
         std::size_t to = gradients.begin(bin, bins);
         for (Local p = bin.begin; p < bin.end; p += lanes<Real>, to += lanes<Real>) {
-          Real N[n], outwards(0.0);
-          const Real r = functions_and_radius(basis, patch, p, nodes, N);
+          Real R[n], outwards(0.0);
+          const Real r = ring_functions<Real>(basis, patch, p, bin.end - p, nodes, R);
           for (int i = 0; i < n; ++i)
-            outwards = multiply_add(outwards, N[i],
+            outwards = multiply_add(outwards, R[i],
                                     v + static_cast<std::ptrdiff_t>(nodes[i]) * node_width);
           const Real hoop = first_lanes(Real(factor * outwards / r), bin.end - p);
           store(hoop, &gradients.hoop[to]);
@@ -57,12 +38,12 @@ void map_hoop_force(Patch<2>& patch, const StepContext<2>& step, ParticleBin& bi
         Real sum[n];
         for (Real& s : sum) s = Real(0.0);
         for (Local p = bin.begin; p < bin.end; p += lanes<Real>) {
-          Real N[n];
+          Real R[n];
           const Real sigma = load<Real>(stress.stress[zz] + p);
-          const Real r = functions_and_radius(basis, patch, p, nodes, N);
+          const Real r = ring_functions<Real>(basis, patch, p, bin.end - p, nodes, R);
           const Real V = load_first<Real>(stress.V + p, bin.end - p);
           const Real pull = first_lanes(Real(V * sigma / r), bin.end - p);
-          for (int i = 0; i < n; ++i) sum[i] += N[i] * pull;
+          for (int i = 0; i < n; ++i) sum[i] += R[i] * pull;
         }
         for (int i = 0; i < n; ++i)
           sums[static_cast<std::ptrdiff_t>(nodes[i]) * sum_stride] -= reduce(sum[i]);

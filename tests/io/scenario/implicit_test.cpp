@@ -33,7 +33,8 @@ std::string text_of(const Parts& parts) {
       {{"name": "water", "type": "Newtonian", "density": 1000, "bulk_modulus": 2e9,
        "dynamic_viscosity": 1e-3}}],
     "particles": [{{"generator": {{{}}}}}],
-    "math_functions": [{{"id": 0, "type": "Linear", "xvalues": [0, 1], "fxvalues": [0, 1]}}],
+    "math_functions": [{{"id": 0, "type": "Linear", "xvalues": [0, 1], "fxvalues": [0, 1]}},
+      {{"id": 1, "type": "Linear", "xvalues": [0, 1], "fxvalues": [0, 1], "derivative": true}}],
     "external_loading_conditions": {{"gravity": [0, -10]}},
     "analysis": {{{}}}}})",
                      parts.conditions, parts.material, parts.generator, parts.analysis);
@@ -206,6 +207,9 @@ TEST_CASE("adaptive implicit steps refuse displacements of each step, but those 
             .starts_with("'displacement_constraints' move nodes by as much in each step"));
   CHECK(refusal({.analysis = adaptive, .conditions = R"("velocity_constraints": [
       {"nset": "base", "dir": "y", "velocity": 1e-3}])"}) == "");
+  CHECK(refusal({.conditions = R"("displacement_constraints": [
+      {"nset": "base", "dir": "y", "displacement": 1e-3, "math_function_id": 1}])"})
+            .starts_with("'displacement_constraints' do not go together with a function that has"));
 }
 
 TEST_CASE("what implicit analyses do not support is refused by its key") {

@@ -323,6 +323,42 @@ TEST_CASE("rigid bodies that are fixed in a direction do not begin with a motion
   CHECK(with(R"("velocity": [1, 0], "spin": 0, "fixed": ["y", "spin"])") == "");
 }
 
+TEST_CASE("springs that begin in a later stage know what moved before: a warning, but with reset") {
+  const auto warned = [](const std::string& stage_keys) {
+    const auto stage = [&](std::size_t k) {
+      return scenario_of({.bodies = "",
+                          .more = R"(, "stages": [{"name": "a"}, {"name": "b")" + stage_keys + "}]",
+                          .sets = R"("low": {"half_space": {"point": [0, 0], "normal": [0, 1]}})"},
+                         k);
+    };
+    const auto found = changes_of_method(body_of(stage(0)), stage(1));
+    return found.empty() ? "" : found.front().message;
+  };
+  const std::string springs = R"(, "mesh": {"boundary_conditions": {"spring_constraints": [
+      {"nset": "low", "dir": "y", "stiffness": 1e6}]}})";
+  CHECK(warned(springs) ==
+        "stage b: 'spring_constraints' begin here, and their springs are stretched by all that "
+        "moved in the stages before");
+  CHECK(warned(springs + R"(, "reset": ["displacement"])") == "");
+  CHECK(warned("") == "");
+}
+
+TEST_CASE("walls whose nodes constraints move along them are warned of") {
+  const auto warns = [](const std::string& velocity) {
+    const Scenario scenario =
+        scenario_of({.bodies = "",
+                     .boundary = R"("walls": [{"nset": "low", "normal": [0, 1], "friction": 0.3}],
+            "velocity_constraints": [{"nset": "low", "dir": "x", "velocity": )" +
+                                 velocity + "}]",
+                     .sets = R"("low": {"half_space": {"point": [0, 0], "normal": [0, 1]}})"});
+    return std::ranges::any_of(scenario.warnings, [](const auto& warning) {
+      return warning.message.find("constraints move nodes of a wall along it") != std::string::npos;
+    });
+  };
+  CHECK(warns("0.5"));
+  CHECK(!warns("0"));
+}
+
 TEST_CASE("rigid bodies that go on as they moved are warned of where a stage says otherwise") {
   const auto warned = [](const std::string& body) {
     const auto stage = [&](std::size_t k) {
