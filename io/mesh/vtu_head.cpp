@@ -29,12 +29,13 @@ class Tags {
       tag = {};
       tag.begin = opened - 1;
       const std::string text = rest_of_tag();
-      tag.end = in_.offset();
-      if (!text.starts_with("!--") || text.ends_with("--")) {
-        parse(text, tag);
-        return true;
+      if (text == comment) {
+        if (!skip_comment()) return false;
+        continue;
       }
-      if (!skip_comment()) return false;
+      tag.end = in_.offset();
+      parse(text, tag);
+      return true;
     }
   }
   /// Where the file goes on behind the next `wanted`; -1 if there is none.
@@ -46,7 +47,8 @@ class Tags {
   }
 
  private:
-  /// From behind "<" to before ">", which quotes may hold, too.
+  static constexpr std::string_view comment = "!--";
+  /// From behind "<" to before ">", which quotes may hold, too; of a comment its beginning.
   std::string rest_of_tag() {
     std::string text;
     char quote = 0, c;
@@ -60,6 +62,7 @@ class Tags {
       else if (quote == 0 && (c == '"' || c == '\''))
         quote = c;
       text += c;
+      if (text == comment) return text;
     }
   }
   bool skip_comment() {

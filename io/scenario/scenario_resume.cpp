@@ -144,6 +144,7 @@ void ScenarioBuilder<Dim>::build_resume() {
   if (is_implicit(a) && !a.implicit.quasi_static)
     in_.warning(*resume, "the particle file has no accelerations: they begin at zero",
                 "go on from a checkpoint (--restart) to keep them");
+  a.sudden_velocities = false;  // nodes moved in the steps before, too
   // The file does not have its time: steps before may have been of any length.
   a.first_step = a.step.adaptive ? 0 : *step + 1;
   if (a.nsteps < a.first_step) {

@@ -51,7 +51,7 @@ class VtuWriter {
 
   std::string file() const {
     std::string out =
-        "<?xml version=\"1.0\"?>\n<!-- a > comment -->\n<VTKFile type=\"UnstructuredGrid\" "
+        "<?xml version=\"1.0\"?>\n<!-- it's a > comment -->\n<VTKFile type=\"UnstructuredGrid\" "
         "version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"";
     if (compressed()) out += " compressor=\"vtkZLibDataCompressor\"";
     out += ">\n<UnstructuredGrid>\n" + text_ + "</Piece>\n</UnstructuredGrid>\n";

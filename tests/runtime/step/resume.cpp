@@ -162,6 +162,19 @@ TEST_CASE("with adaptive steps a resumed run begins at 0 with the state of the f
   CHECK(simulation.time() == doctest::Approx(0.02));
 }
 
+TEST_CASE("a resumed run does not give velocities of nodes once more in its first step") {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path / "results/before");
+  const Frame middle = frame_of(model_of_text<2>(water_and_block("usf", "")), serial(), 40);
+  write_cbgeo(middle, run_info, folder.path / "results/before/particles039.h5");
+  const auto gives = [&](const std::string& resume) {
+    const Scenario scenario = read_scenario_text(water_and_block("usf", resume), folder.path);
+    return std::get<Model<2>>(scenario.model).analysis.sudden_velocities;
+  };
+  CHECK(gives(""));
+  CHECK(!gives(R"(, "resume": {"resume": true, "uuid": "before", "step": 39})"));
+}
+
 TEST_CASE("a resumed run whose transfer has an affine field is told that it begins without one") {
   const TemporaryFolder folder;
   fs::create_directories(folder.path / "results/before");
