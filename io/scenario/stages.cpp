@@ -262,7 +262,7 @@ std::map<std::string, std::string> texts_of_bodies(const Scenario& scenario,
   return texts;
 }
 
-/// Of those that springs may have.
+/// Which conditions of a scenario are springs: their keys.
 std::vector<std::string> keys_of_springs(const Scenario& scenario) {
   std::vector<std::string> keys;
   const nlohmann::json::json_pointer where("/mesh/boundary_conditions");

@@ -25,7 +25,7 @@
 
 namespace lahar {
 
-/// R_i r_p of the particles from p on, of which there are `count`; returns r_p [m].
+/// Finds R_i r_p of `count` particles, the first of which is p. Returns r_p [m].
 template <class Real, class Basis>
 LAHAR_INLINE Real ring_functions(const Basis& basis, const Patch<2>& patch, Local p, Local count,
                                  const Local* nodes, Real (&R)[Basis::nodes]) {

@@ -1,4 +1,4 @@
-/// \file Where rigid bodies meet, of which one at least is free.
+/// \file Where rigid bodies meet. At least one of two that meet is free.
 #pragma once
 
 #include <vector>
@@ -20,8 +20,8 @@ struct Encounter {
 /// Points on the surfaces of bodies that are held against all other bodies, if one of both is free,
 /// and against sides of the mesh behind which they do not begin. Where a surface is round, points
 /// next to the other body move to where it is nearest to that one: a ball touches a plane in one
-/// point, and a push there does not turn it. Of the points that meet one flat part of the other
-/// body, those at the outer ends count, and the one that will be deepest.
+/// point, and a push there does not turn it. Many points may meet one flat part of the other body.
+/// Then those at the outer ends count, and the one that will be deepest.
 template <int Dim>
 class RigidCollisions {
  public:

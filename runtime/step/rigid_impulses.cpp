@@ -29,6 +29,7 @@ struct Point {
   Eigen::Matrix3d sticking{};           ///< [kg] impulses that change the speeds by one
   std::array<double, 3> impulse{};      ///< [N s] along the directions
   std::array<double, 3> before{};       ///< that of the sweep before
+  std::array<double, 3> start{};        ///< [m/s] speeds along the directions before all impulses
   std::array<double, 3> further{};      ///< so far further would conjugate gradients go
 
   double speed(int k) const {
@@ -146,7 +147,8 @@ Impulses strike(std::span<StruckBody> bodies, std::span<const Touch> touches, in
     const Point point = point_of(touch, bodies, dimension);
     if (point.directions[0].compliance > least_compliance * point.across) points.push_back(point);
   }
-  const std::vector<StruckBody> before(bodies.begin(), bodies.end());
+  for (Point& point : points)
+    for (int k = 0; k < dimension; ++k) point.start[static_cast<std::size_t>(k)] = point.speed(k);
   Impulses all;
   double last_square = 0;
   for (double change = 2 * tolerance; change > tolerance && all.sweeps < most_sweeps;) {
@@ -159,17 +161,15 @@ Impulses strike(std::span<StruckBody> bodies, std::span<const Touch> touches, in
     ++all.sweeps;
   }
   // An impulse works with the mean of the speeds before and after it.
-  std::vector<StruckBody> after(bodies.begin(), bodies.end());
-  for (const auto& at : {after, before}) {
-    std::copy(at.begin(), at.end(), bodies.begin());
-    for (const Point& point : points)
-      for (int k = 0; k < dimension; ++k) {
-        const double part = 0.5 * point.impulse[static_cast<std::size_t>(k)] * point.speed(k);
+  for (const Point& point : points)
+    for (int k = 0; k < dimension; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      for (const double speed : {point.start[i], point.speed(k)}) {
+        const double part = 0.5 * point.impulse[i] * speed;
         all.work += part;
         all.exchanged += std::abs(part);
       }
-  }
-  std::copy(after.begin(), after.end(), bodies.begin());
+    }
   return all;
 }
 

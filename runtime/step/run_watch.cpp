@@ -74,9 +74,9 @@ void RunWatch<Dim>::warn_of_lost_bodies(const HistoryRow& row) {
       lost_[k] = x < low[d] || x > high[d];
       if (!lost_[k]) continue;
       warn_(
-          fmt::format("rigid body '{}' has left the mesh: its {} is {:.6g} m. Of the nodes only "
-                      "those sides of the mesh hold rigid bodies that `lahar check` names: what "
-                      "should hold it elsewhere has to be a rigid body, too.",
+          fmt::format("rigid body '{}' has left the mesh: its {} is {:.6g} m. `lahar check` "
+                      "names the sides of the mesh that hold rigid bodies. What should hold it "
+                      "elsewhere has to be a rigid body, too.",
                       row.bodies[k].name, "xyz"[d], x));
     }
   }
