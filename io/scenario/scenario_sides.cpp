@@ -26,12 +26,14 @@ void ScenarioBuilder<Dim>::find_sides() {
   std::vector<Index> turned;  // nodes that have axes of their own
   for (const auto& frame : model_.node_frames) turned.push_back(frame.node);
   sort_unique(turned);
+  const bool has_axis = get_text(section("analysis"), "plane") == "axisymmetric";
   const auto counts = mesh_->counts();
   Index nodes = 1, stride = 1;  // stride: of nodes along the axis
   for (const Index cells : counts) nodes *= cells + 1;
   for (int d = 0; d < Dim; ++d) {
     const Index cells = counts[static_cast<std::size_t>(d)];
     for (const bool last : {false, true}) {
+      if (has_axis && d == 0 && !last) continue;  // the axis is no side
       const auto is_here = [&](Index node) {
         return node / stride % (cells + 1) == (last ? cells : 0) &&
                !std::binary_search(turned.begin(), turned.end(), node);

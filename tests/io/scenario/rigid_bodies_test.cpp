@@ -323,6 +323,19 @@ TEST_CASE("rigid bodies that are fixed in a direction do not begin with a motion
   CHECK(with(R"("velocity": [1, 0], "spin": 0, "fixed": ["y", "spin"])") == "");
 }
 
+TEST_CASE("rigid bodies around an axis lie on it: the axis is no side that they are behind") {
+  const Scenario scenario = scenario_of(
+      {.bodies = R"({"density": 100, "region": {"sphere": {"centre": [0, 3], "radius": 0.5}}})",
+       .analysis = R"("plane": "axisymmetric")",
+       .boundary = R"("walls": [{"nset": "floor", "normal": [0, 1], "friction": 0.3}])",
+       .sets = R"("floor": {"half_space": {"point": [0, 0], "normal": [0, 1]}})"});
+  for (const auto& warning : scenario.warnings)
+    CHECK(warning.message.find("behind the side") == std::string::npos);
+  const auto& sides = std::get<Model<2>>(scenario.model).sides;
+  REQUIRE(sides.size() == 1);
+  CHECK(sides[0].name == "y = 0");
+}
+
 TEST_CASE("springs that begin in a later stage know what moved before: a warning, but with reset") {
   const auto warned = [](const std::string& stage_keys) {
     const auto stage = [&](std::size_t k) {
