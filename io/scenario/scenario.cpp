@@ -44,6 +44,7 @@ Model<Dim> ScenarioBuilder<Dim>::build() {
   build_pore_pressures();
   build_tractions();
   build_analysis();
+  check_removal_times();
   build_k0();
   assign_generator_stresses();
   build_contact();

@@ -201,6 +201,7 @@ class ScenarioBuilder {
   void build_changes();  ///< of a stage, after the particles
   void assign_generator_stresses();
   ParticleGroup<Dim> group_of(const JsonValue& entry);
+  void check_removal_times();
   void check_new_material(const JsonValue& at, std::uint16_t material);
   // scenario_rest.cpp
   void build_until(JsonValue& analysis);
@@ -330,6 +331,8 @@ class ScenarioBuilder {
   template <class T>
   void refuse_excluded(const JsonValue& at, std::span<const T> entries);  ///< collective
   void warn_of_two_velocities(const std::vector<std::pair<const JsonValue*, std::size_t>>& entries);
+  void warn_of_absorbing_nodes(
+      const std::vector<std::pair<const JsonValue*, std::size_t>>& entries);
   void join_forces();
   void integrate_accelerations();
   void split_phases();

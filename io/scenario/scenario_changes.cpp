@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "io/scenario/regions.h"
@@ -54,7 +55,7 @@ void ScenarioBuilder<Dim>::build_changes() {
   const JsonValue* given = root_.find("at_start");
   if (!given || !given->is<JsonValue::Object>()) return;
   for (const JsonValue* entry : get_list(*given, "remove"))
-    changes.removed.push_back(group_of(*entry));
+    changes.removed.push_back({group_of(*entry), get_number(*entry, "over").value_or(0.0)});
   for (const JsonValue* entry : get_list(*given, "change_material")) {
     ParticleGroup<Dim> group = group_of(*entry);
     const int material = find_material(*entry);
@@ -69,6 +70,41 @@ void ScenarioBuilder<Dim>::build_changes() {
       in_.error(*given->find("reset"),
                 fmt::format("'reset' knows \"displacement\" and \"strain\", found {}",
                             json_quoted(what)));
+  }
+}
+
+// What is left has to come to rest after all is gone.
+template <int Dim>
+void ScenarioBuilder<Dim>::check_removal_times() {
+  constexpr double few_steps = 10;
+  const JsonValue* given = root_.find("at_start");
+  if (!given || !given->is<JsonValue::Object>()) return;
+  const Analysis& analysis = model_.analysis;
+  double end = analysis.end_time;
+  if (!analysis.step.adaptive)
+    end = std::min(end, static_cast<double>(analysis.nsteps) * analysis.step.dt);
+  for (const JsonValue* entry : get_list(*given, "remove")) {
+    const double over = get_number(*entry, "over").value_or(0.0);
+    if (over <= 0) {
+      if (!written(*entry, "over") && !is_implicit(analysis) && !model_.gravity.isZero(0.0))
+        in_.warning(*entry,
+                    "all of it is gone at once: what it lay on bounces, and loses horizontal "
+                    "stress where it is soil without cohesion",
+                    "let it go in a time that is long for waves in the ground, as \"over\": 1; "
+                    "\"over\": 0 says that it is as sudden as that");
+      continue;
+    }
+    if (over >= end)
+      in_.error(
+          *entry->find("over"),
+          fmt::format("all is gone after {:.6g} s, but the stage ends at {:.6g} s", over, end),
+          "let the stage be longer, so that what is left comes to rest, or 'over' shorter");
+    else if (!analysis.step.adaptive && over < few_steps * analysis.step.dt)
+      in_.warning(*entry->find("over"),
+                  fmt::format("all goes within {:.2g} steps, nearly as suddenly as without 'over'",
+                              std::ceil(over / analysis.step.dt)),
+                  fmt::format("at least {} steps: \"over\": {:.3g}, or a shorter dt", few_steps,
+                              few_steps * analysis.step.dt));
   }
 }
 

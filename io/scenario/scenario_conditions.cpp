@@ -248,6 +248,7 @@ void ScenarioBuilder<Dim>::build_condition() {
     finish(*entry);
   }
   if constexpr (std::is_same_v<T, NodeVelocity>) warn_of_two_velocities(ends);
+  if constexpr (std::is_same_v<T, NodeAbsorption>) warn_of_absorbing_nodes(ends);
   combine(list);
   if constexpr (std::is_same_v<T, NodeVelocity>) {
     model_.analysis.nodes_follow_time = team_.any(

@@ -38,7 +38,109 @@ struct Wall {
   }
 };
 
+struct AbsorbingNode {
+  std::array<double, 3> x{};  ///< [m]
+  double area = 0;            ///< [m^2; m] that the scenario gives it
+  int normal = 0;
+  Index entry = 0;
+};
+
+/// Absorbing nodes that lie in one plane.
+struct AbsorbingPlane {
+  std::vector<AbsorbingNode> nodes;
+  std::array<double, 3> low, high;  ///< [m]
+  double given = 0;                 ///< [m^2; m] area
+
+  AbsorbingPlane() {
+    low.fill(infinity);
+    high.fill(-infinity);
+  }
+  void add(const AbsorbingNode& node) {
+    nodes.push_back(node);
+    given += node.area;
+    for (std::size_t d = 0; d < 3; ++d) {
+      low[d] = std::min(low[d], node.x[d]);
+      high[d] = std::max(high[d], node.x[d]);
+    }
+  }
+  /// Of cells with these edges [m]; 0 where the nodes are too few to tell.
+  template <int Dim>
+  double area(const Vec<Dim>& edge) const {
+    constexpr double few = 1.5;  // cells
+    double sum = 0;
+    for (const AbsorbingNode& node : nodes) {
+      double of_node = 1;
+      for (int d = 0; d < Dim; ++d) {
+        const auto k = static_cast<std::size_t>(d);
+        if (d == node.normal) continue;
+        if (high[k] - low[k] < few * edge[d]) return 0;
+        const double inside = std::min(node.x[k] - low[k], high[k] - node.x[k]);
+        of_node *= edge[d] * (inside < 0.5 * edge[d] ? 0.5 : 1.0);
+      }
+      sum += of_node;
+    }
+    return sum;
+  }
+};
+
 }  // namespace
+
+// The nodes of an absorbing boundary get their areas from what the scenario says of the mesh.
+template <int Dim>
+void ScenarioBuilder<Dim>::warn_of_absorbing_nodes(
+    const std::vector<std::pair<const JsonValue*, std::size_t>>& entries) {
+  constexpr double much = 0.15;
+  if (!mesh_ || !mesh_->is_cartesian()) return;
+  const auto& list = entries_of<NodeAbsorption>(model_);
+  if (!team_.any(!list.empty())) return;
+  std::vector<Index> ids;
+  for (const NodeAbsorption& one : list) ids.push_back(one.node);
+  const auto places = places_of(ids);
+  std::vector<AbsorbingNode> own(list.size());
+  std::size_t entry = 0;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    while (i >= entries[entry].second) ++entry;
+    NodeAbsorption one = list[i];
+    one.derive(Dim);
+    own[i] = {.area = one.area, .normal = one.normal, .entry = static_cast<Index>(entry)};
+    std::copy_n(places[i].data(), Dim, own[i].x.begin());
+  }
+  const Vec<Dim> edge = mesh_->mean_cell();
+  std::array<std::map<long, AbsorbingPlane>, static_cast<std::size_t>(Dim)> planes;  // by normal
+  for (const AbsorbingNode& node : joined(team_.gather(own))) {
+    const auto normal = static_cast<std::size_t>(node.normal);
+    planes[normal][std::lround(node.x[normal] / edge[node.normal])].add(node);
+  }
+  for (std::size_t normal = 0; normal < planes.size(); ++normal) {
+    const char axis = "xyz"[normal];
+    // A set may have both sides of a model.
+    if (planes[normal].size() > 2) {
+      const AbsorbingNode& first = planes[normal].begin()->second.nodes.front();
+      in_.warning(
+          *entries[static_cast<std::size_t>(first.entry)].first,
+          fmt::format("the nodes of this absorbing boundary lie one behind the other along "
+                      "its normal, {}, in {} places: all of them absorb as if each "
+                      "were at the boundary",
+                      axis, planes[normal].size()),
+          "'dir' is the axis across the boundary, and all its nodes have one place along it");
+      continue;
+    }
+    for (const auto& [at, plane] : planes[normal]) {
+      const double area = plane.area<Dim>(edge);
+      if (area == 0 || std::abs(plane.given - area) <= much * area) continue;
+      in_.warning(
+          *entries[static_cast<std::size_t>(plane.nodes.front().entry)].first,
+          fmt::format("the nodes of the absorbing boundary at {} = {:.6g} have areas of {:.4g} {} "
+                      "together by 'h_min' and 'position', and {:.4g} by the mesh: waves come back "
+                      "from it",
+                      axis, plane.low[normal], plane.given, Dim == 2 ? "m" : "m^2", area),
+          Dim == 2 ? "h_min is the edge of the cells along the boundary; its two ends are a "
+                     "\"corner\", all other nodes an \"edge\""
+                   : "h_min is the edge of the cells along the boundary; nodes inside are a "
+                     "\"face\", those of its border an \"edge\", its corners a \"corner\"");
+    }
+  }
+}
 
 template <int Dim>
 std::vector<Vec<Dim>> ScenarioBuilder<Dim>::places_of(const std::vector<Index>& nodes) const {

@@ -17,11 +17,25 @@ std::vector<KeySpec> group_keys() {
   };
 }
 
+std::vector<KeySpec> removal_keys() {
+  std::vector<KeySpec> keys = group_keys();
+  keys.push_back({.key = "over",
+                  .kinds = number,
+                  .help = "they go little by little in this time, so that nothing is shaken: "
+                          "mass and volume, and with them weight, forces of stress and stiffness, "
+                          "fall to zero; 0: at once",
+                  .unit = "s",
+                  .fallback = "0",
+                  .min = 0,
+                  .native = true});
+  return keys;
+}
+
 const Section& removal_section() {
   static const Section section{.name = "an entry of remove",
                                .path = "stages[].remove[]",
                                .help = "Particles that vanish: those of a region or of a set.",
-                               .keys = group_keys()};
+                               .keys = removal_keys()};
   return section;
 }
 
@@ -57,7 +71,7 @@ std::vector<KeySpec> operation_keys() {
   return {
       {.key = "remove",
        .kinds = list,
-       .help = "particles that vanish when the stage begins",
+       .help = "particles that vanish when the stage begins, or little by little",
        .section = removal_section,
        .native = true},
       {.key = "change_material",

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "physics/mesh/cell_polynomial.h"
 #include "physics/mesh/inverse_mapping.h"
 #include "physics/particles/liquid_content.h"
+#include "physics/particles/removal_in_time.h"
 
 namespace lahar {
 
@@ -270,16 +272,60 @@ typename Mesh<Dim>::Found find_cell(const Patch<Dim>& patch, const Mesh<Dim>& me
   return mesh.locate_from(x, patch.topology.cells[static_cast<std::size_t>(old)]);
 }
 
+/// Mass and volume of the particles of a bin that go (removal_in_time.h), at the end of the step.
+/// Those that are then gone keep what they had, and are added to `gone`, ascending.
+template <int Dim>
+void let_go(Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& bin,
+            std::vector<Local>& gone) {
+  Particles<Dim>& particles = patch.particles;
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    const double before = share_left(*step.model, particles, p, step.time),
+                 after = share_left(*step.model, particles, p, step.time + step.dt);
+    if (after == before) continue;
+    if (after <= 0) {
+      gone.push_back(p);
+      continue;
+    }
+    for (const Column column : {Column::mass, Column::volume})
+      particles.row(column)[p] *= after / before;
+  }
+}
+
+/// Add particles to those of a bin that leave it, packs of lanes with a bit for each.
+void add_leaving(std::vector<std::pair<Local, unsigned>>& packs, const std::vector<Local>& gone,
+                 Local begin) {
+  std::map<Local, unsigned> all;
+  for (const auto& [first, bits] : packs)
+    for (unsigned rest = bits; rest != 0; rest &= rest - 1) {
+      const Local p = first + std::countr_zero(rest);
+      all[p - (p - begin) % lanes<Pack>] |= 1u << ((p - begin) % lanes<Pack>);
+    }
+  for (const Local p : gone)
+    all[p - (p - begin) % lanes<Pack>] |= 1u << ((p - begin) % lanes<Pack>);
+  packs.assign(all.begin(), all.end());
+}
+
+/// A stage lets a particle go (removal_in_time.h), and it is gone at the end of the step. In a step
+/// without a length, after a failure, it stays.
+template <int Dim>
+bool is_gone(const Particles<Dim>& movers, Local i, const StepContext<Dim>& step) {
+  return share_left(*step.model, movers, i, step.time + step.dt) <= 0;
+}
+
 template <int Dim>
 void remove(Patch<Dim>& patch, const Particles<Dim>& movers, Local i,
             const StepContext<Dim>& step) {
   RemovedParticle& removed = patch.removed.emplace_back();
   removed.step = step.step + 1;
   removed.id = movers.id[static_cast<std::size_t>(i)];
-  removed.mass = movers.row(Column::mass)[i];
   removed.material = movers.material[static_cast<std::size_t>(i)];
+  removed.as_planned = is_gone(movers, i, step);
+  double share =
+      share_left(*step.model, movers, i, removed.as_planned ? step.time : step.time + step.dt);
+  if (!(share > 0)) share = 1.0;  // the step failed
   const auto& liquid = step.model->materials[static_cast<std::size_t>(removed.material)].liquid;
-  removed.liquid_mass = compressed_mass_of(liquid, movers, i);
+  removed.mass = movers.row(Column::mass)[i] / share;
+  removed.liquid_mass = compressed_mass_of(liquid, movers, i) / share;
   for (int d = 0; d < Dim; ++d) {
     removed.position[static_cast<std::size_t>(d)] = movers.row(Column::x, d)[i];
     removed.velocity[static_cast<std::size_t>(d)] = movers.row(Column::v, d)[i];
@@ -297,6 +343,7 @@ void relocate(Patch<Dim>& patch, const StepContext<Dim>& step, Local i) {
   };
   Vec<Dim> x = position(movers, i);
   if (!x.allFinite()) return stays(ParticleFault::Kind::not_finite);
+  if (is_gone(movers, i, step)) return remove(patch, movers, i, step);
   const bool has_natural = movers.layout().has(Column::xi);
   const bool closed = step.model->analysis.closed_faces;
   if (closed && return_through_faces(patch, movers, i, old)) x = position(movers, i);
@@ -400,10 +447,16 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) 
   const PlaceRows<Dim> rows(patch.particles);
   const Mesh<Dim>& mesh = *step.model->mesh;
   const auto outside = [&](Local p, unsigned bits) { left.emplace_back(p, bits); };
+  const bool some_go = step.model->changes.takes_time();
+  std::vector<Local> gone;
   const auto in_all = [&](auto locate_bin) __attribute__((always_inline)) {
     for (ParticleBin& bin : bins) {
       if (bin.begin == bin.end) continue;
       locate_bin(bin);
+      if (some_go && bin.loaded) {
+        let_go(patch, step, bin, gone);
+        if (!gone.empty()) add_leaving(left, std::exchange(gone, {}), bin.begin);
+      }
       // From the last to the first, so that the particle that takes a place is never one that left.
       for (; !left.empty(); left.pop_back())
         for (unsigned bits = left.back().second; bits != 0;) {

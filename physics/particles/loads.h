@@ -1,11 +1,13 @@
 /// \file Loads and prescribed velocities of particles. Bit k of Particles::loads says that entry k
-/// of the model's list (tractions first, then prescribed velocities) acts on the particle.
+/// of the model's lists (tractions first, then prescribed velocities, then what a stage removes:
+/// removal_in_time.h) acts on the particle.
 #pragma once
 
 #include <algorithm>
 #include <array>
 
 #include "physics/particles/patch.h"
+#include "physics/particles/removal_in_time.h"
 
 namespace lahar {
 
@@ -110,15 +112,16 @@ inline double share_at_side(const Analysis& analysis, int axis, double r, double
 /// The area on which a traction acts on particle p [m^2; m per m of depth, of rings the whole one],
 /// where its centre is.
 /// It does not follow how the particle deforms, but for the radius of rings: a load stays the load
-/// that it was. That of CB-Geo MPM does, by the present volume over the initial size.
+/// that it was. That of CB-Geo MPM does, by the present volume over the initial size. Of a particle
+/// that a stage lets go it is the share that is left.
 template <int Dim>
 double loaded_area(const Particles<Dim>& particles, Local p, const ParticleTraction& one,
-                   const Analysis& analysis) {
+                   const Analysis& analysis, double share) {
   if (one.axis < 0) return particles.row(Column::volume)[p] / particles.row(Column::size)[p];
   std::array<double, static_cast<std::size_t>(Dim)> edges;
   for (int d = 0; d < Dim; ++d)
     edges[static_cast<std::size_t>(d)] = particles.row(Column::size, d)[p];
-  return area_across<Dim>(one.axis, depth_at(analysis, particles.row(Column::x)[p]), edges);
+  return share * area_across<Dim>(one.axis, depth_at(analysis, particles.row(Column::x)[p]), edges);
 }
 
 /// All tractions on particle p. Of several for a direction the last wins. They act at the side of
@@ -135,7 +138,8 @@ SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
     const ParticleTraction& one = tractions[k];
     if (!(bits >> k & 1) || one.on_liquid != on_liquid) continue;
     const Analysis& analysis = step.model->analysis;
-    const double area = loaded_area(particles, p, one, analysis);
+    const double share = share_left(*step.model, particles, p, step.time),
+                 area = loaded_area(particles, p, one, analysis, share);
     const double offset = 0.5 * one.side * particles.row(Column::volume)[p] / area;
     all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) * area *
                          share_at_side(analysis, one.axis, particles.row(Column::x)[p], offset);

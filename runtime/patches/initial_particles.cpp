@@ -10,6 +10,7 @@
 
 #include "physics/base/error.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/removal_in_time.h"
 
 namespace lahar {
 
@@ -79,12 +80,13 @@ std::vector<Index> particles_of_patches(const ParticleTable<Dim>& particles,
 
 template <int Dim>
 void set_loads(Model<Dim>& model) {
-  const std::size_t entries = model.tractions.size() + model.particle_velocities.size();
-  if (entries > max_particle_loads)
+  const std::size_t entries = first_removal_load(model);
+  const std::size_t all = entries + (model.changes.takes_time() ? model.changes.removed.size() : 0);
+  if (all > max_particle_loads)
     throw InputError("at most " + std::to_string(max_particle_loads) +
-                     " particle tractions and prescribed particle velocities together are "
-                     "supported; found " +
-                     std::to_string(entries) +
+                     " particle tractions, prescribed particle velocities and groups that are "
+                     "removed little by little together are supported; found " +
+                     std::to_string(all) +
                      ". Merge entries that share direction and value into one particle set.");
   ParticleTable<Dim>& table = model.particles;
   if (entries == 0 || !table.loads.empty()) return;

@@ -10,6 +10,7 @@
 #include "physics/materials/law.h"
 #include "physics/particles/liquid_content.h"
 #include "physics/particles/loads.h"
+#include "physics/particles/removal_in_time.h"
 #include "runtime/patches/initial_particles.h"
 #include "runtime/patches/stage_start.h"
 
@@ -21,7 +22,7 @@ namespace {
 template <int Dim>
 std::vector<const ParticleGroup<Dim>*> groups_of(const StageChanges<Dim>& changes) {
   std::vector<const ParticleGroup<Dim>*> groups;
-  for (const auto& group : changes.removed) groups.push_back(&group);
+  for (const auto& removal : changes.removed) groups.push_back(&removal.of);
   for (const auto& change : changes.materials) groups.push_back(&change.of);
   return groups;
 }
@@ -58,6 +59,12 @@ void give_material(Particles<Dim>& particles, Local p, const Material& from, std
   initial_state(to.law, stress, state.data());
   for (int k = 0; k < components; ++k)
     particles.row(Column::state, k)[p] = state[static_cast<std::size_t>(k)];
+}
+
+template <int Dim>
+void give_load(Particles<Dim>& particles, Local p, std::size_t load) {
+  if (particles.loads.empty()) particles.loads.resize(static_cast<std::size_t>(particles.size()));
+  particles.loads[static_cast<std::size_t>(p)] |= std::uint64_t{1} << load;
 }
 
 template <int Dim>
@@ -123,14 +130,16 @@ class Changer {
         std::size_t k = 0;
         const std::uint64_t groups = groups_at(patch.particles, p);
         while (k < removals && !(groups >> k & 1)) ++k;
-        if (k < removals) {
+        const bool goes = k < removals;
+        if (goes) {
           count(k, total_mass(patch.particles, p, model_.materials[bin.material]));
-          continue;
+          if (!model_.changes.removed[k].takes_time()) continue;
         }
-        for (; k < groups_.size(); ++k)
-          if (groups >> k & 1) last = k;
+        for (std::size_t change = removals; change < groups_.size(); ++change)
+          if (groups >> change & 1) last = change;
         kept.append(patch.particles, p);
         const Local to = kept.size() - 1;
+        if (goes) give_load(kept, to, first_removal_load(model_) + k);
         kept.cell[static_cast<std::size_t>(to)] = bin.cell;
         if (!last) continue;
         const std::uint16_t number = model_.changes.materials[*last - removals].material;

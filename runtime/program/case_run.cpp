@@ -100,8 +100,8 @@ int CaseRun::execute() {
   describe_loads(console_, scenario_.loads);
   describe_frames(console_, outline_.output, outline_.analysis, info);
   warn_of_unstable_step(info);
-  const std::vector<std::string> changes =
-      describe_changes(info.changed, outline_.materials, outline_.new_materials);
+  const std::vector<std::string> changes = describe_changes(
+      info.changed, outline_.materials, outline_.new_materials, outline_.removal_times);
   for (const std::string& line : changes) console_.line("changed    " + line);
   warn_of_empty_groups(info.changed);
   warn_of_lost_strains(info.changed);

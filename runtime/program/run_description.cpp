@@ -55,6 +55,8 @@ ModelOutline outline_of(const AnyModel& any) {
         const Mesh<Dim>& mesh = *model.mesh;
         std::vector<std::uint16_t> given;
         for (const auto& change : model.changes.materials) given.push_back(change.material);
+        std::vector<double> times;
+        for (const auto& removal : model.changes.removed) times.push_back(removal.over);
         std::vector<std::string> sides;
         for (const RigidBody<Dim>& side : model.sides) sides.push_back(side.name);
         return ModelOutline{
@@ -68,6 +70,7 @@ ModelOutline outline_of(const AnyModel& any) {
             .analysis = model.analysis,
             .output = model.output,
             .new_materials = std::move(given),
+            .removal_times = std::move(times),
             .curved_cell = info(mesh.element()).order == 2 ? mesh.mean_cell().minCoeff() : 0.0,
             .sides = std::move(sides)};
       },
@@ -307,14 +310,19 @@ Simulation make_simulation(Scenario& scenario, const ExecutionOptions& options, 
 
 std::vector<std::string> describe_changes(const ChangedParticles& changed,
                                           std::span<const Material> materials,
-                                          std::span<const std::uint16_t> given) {
+                                          std::span<const std::uint16_t> given,
+                                          std::span<const double> removal_times) {
   const auto count = [](const ParticleCount& of) {
     return fmt::format("{} particle{} ({:.6g} kg)", format_count(of.particles),
                        of.particles == 1 ? "" : "s", of.mass);
   };
   std::vector<std::string> lines;
-  for (const ParticleCount& group : changed.removed)
-    lines.push_back(fmt::format("{} removed", count(group)));
+  for (std::size_t k = 0; k < changed.removed.size(); ++k)
+    lines.push_back(removal_times[k] > 0
+                        ? fmt::format("{} {} within {:.6g} s", count(changed.removed[k]),
+                                      changed.removed[k].particles == 1 ? "goes" : "go",
+                                      removal_times[k])
+                        : fmt::format("{} removed", count(changed.removed[k])));
   for (std::size_t k = 0; k < changed.materials.size(); ++k)
     lines.push_back(
         fmt::format("{} became {}", count(changed.materials[k]), materials[given[k]].name));

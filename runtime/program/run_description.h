@@ -24,6 +24,7 @@ struct ModelOutline {
   Analysis analysis;
   OutputPlan output;
   std::vector<std::uint16_t> new_materials = {};  ///< of StageChanges, in their order
+  std::vector<double> removal_times = {};         ///< [s] of StageChanges; 0 = at once
   double curved_cell = 0;               ///< [m] mean edge of cells that are of second order; else 0
   std::vector<std::string> sides = {};  ///< of the mesh that hold free rigid bodies
 };
@@ -61,7 +62,8 @@ void describe_ranks(Console& console, const PatchGraph& graph, std::span<const I
 /// What the stage did to particles when it began, in sentences; empty where it did nothing.
 std::vector<std::string> describe_changes(const ChangedParticles& changed,
                                           std::span<const Material> materials,
-                                          std::span<const std::uint16_t> given);
+                                          std::span<const std::uint16_t> given,
+                                          std::span<const double> removal_times);
 
 /// The simulation takes the model of the scenario, and begins with a state if there is one. What
 /// only it can find out about the input gets its place in the file.

@@ -10,6 +10,7 @@
 
 #include "physics/base/error.h"
 #include "physics/particles/liquid_content.h"
+#include "physics/particles/removal_in_time.h"
 
 namespace lahar {
 
@@ -100,11 +101,13 @@ template <int Dim>
 class GaugeAdder {
  public:
   GaugeAdder(const OpenGauge<Dim>& open, const Patch<Dim>& patch, const ParticleBlock<Dim>& block,
-             const Model<Dim>& model, GaugeSums& all)
+             const Model<Dim>& model, double time, GaugeSums& all)
       : open_(open),
         gauge_(*open.gauge),
         patch_(patch),
         block_(block),
+        model_(model),
+        time_(time),
         particles_(*block.particles),
         counted_(gauge_, model, particles_),
         all_(all) {}
@@ -213,13 +216,15 @@ class GaugeAdder {
     });
   }
 
-  /// Mass with and without what has left the mesh, and volume. Grains and liquid count.
+  /// Mass with and without what has left the mesh or goes as a stage says, and volume. Grains and
+  /// liquid count.
   void plane() {
     const double *m = particles_.row(Column::mass), *V = particles_.row(Column::volume);
     for_counted([&](Local p) {
       if (!(counted_.position(p) > 0)) return;
+      const double share = share_left(model_, particles_, p, time_);
       for (const double part : {m[p], counted_.liquid_mass(p)}) {
-        exact(0) += part;
+        exact(0) += part / share;
         exact(1) += part;
       }
       exact(2) += V[p];
@@ -275,6 +280,8 @@ class GaugeAdder {
   const Gauge& gauge_;
   const Patch<Dim>& patch_;
   const ParticleBlock<Dim>& block_;
+  const Model<Dim>& model_;
+  double time_;  ///< [s]
   const Particles<Dim>& particles_;
   Counted<Dim> counted_;
   GaugeSums& all_;
@@ -360,10 +367,10 @@ bool has_passed(const Gauge& plane, const RemovedParticle& particle, const Model
 
 template <int Dim>
 void add_to_gauge(const OpenGauge<Dim>& gauge, Patch<Dim>& patch, const Model<Dim>& model,
-                  GaugeSums& all) {
+                  double time, GaugeSums& all) {
   if (gauge.gauge->kind != Kind::force) {
     for (const ParticleBlock<Dim>& block : blocks_of(patch))
-      GaugeAdder<Dim>(gauge, patch, block, model, all).add();
+      GaugeAdder<Dim>(gauge, patch, block, model, time, all).add();
     return;
   }
   if (patch.impulses.empty()) return;  // nothing has been here
@@ -380,7 +387,7 @@ template std::vector<OpenGauge<3>> open_gauges<3>(const std::vector<Gauge>&, con
                                                   const Model<3>&);
 template bool has_passed<2>(const Gauge&, const RemovedParticle&, const Model<2>&);
 template bool has_passed<3>(const Gauge&, const RemovedParticle&, const Model<3>&);
-template void add_to_gauge<2>(const OpenGauge<2>&, Patch<2>&, const Model<2>&, GaugeSums&);
-template void add_to_gauge<3>(const OpenGauge<3>&, Patch<3>&, const Model<3>&, GaugeSums&);
+template void add_to_gauge<2>(const OpenGauge<2>&, Patch<2>&, const Model<2>&, double, GaugeSums&);
+template void add_to_gauge<3>(const OpenGauge<3>&, Patch<3>&, const Model<3>&, double, GaugeSums&);
 
 }  // namespace lahar

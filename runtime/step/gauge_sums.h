@@ -56,10 +56,10 @@ std::vector<OpenGauge<Dim>> open_gauges(const std::vector<Gauge>& gauges,
 template <int Dim>
 bool has_passed(const Gauge& plane, const RemovedParticle& particle, const Model<Dim>& model);
 
-/// Add what a patch has of a gauge. Any thread; `all` has room (room_for()). Its part of
-/// Patch::impulses begins anew.
+/// Add what a patch has of a gauge at a time [s]. Any thread; `all` has room (room_for()). Its part
+/// of Patch::impulses begins anew.
 template <int Dim>
 void add_to_gauge(const OpenGauge<Dim>& gauge, Patch<Dim>& patch, const Model<Dim>& model,
-                  GaugeSums& all);
+                  double time, GaugeSums& all);
 
 }  // namespace lahar

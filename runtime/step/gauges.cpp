@@ -158,12 +158,12 @@ GaugeSums Gauges<Dim>::room() const {
 }
 
 template <int Dim>
-void Gauges<Dim>::add_to(Found& found, Patch<Dim>& patch) const {
+void Gauges<Dim>::add_to(Found& found, Patch<Dim>& patch, double time) const {
   bool exists = false;
   GaugeSums& own = found.of_threads.local(exists);
   if (!exists) own = room();
   for (const OpenGauge<Dim>& open : gauges_) {
-    add_to_gauge(open, patch, model_, own);
+    add_to_gauge(open, patch, model_, time, own);
     if (open.gauge->kind != Kind::plane) continue;
     for (const RemovedParticle& one : patch.removed)
       if (has_passed(*open.gauge, one, model_))
@@ -205,8 +205,8 @@ void Gauges<Dim>::gather(Found& found, std::vector<Index>& sum, std::vector<Inde
 }
 
 template <int Dim>
-void Gauges<Dim>::add(Patch<Dim>& patch, Step step) {
-  add_to(found_[step], patch);
+void Gauges<Dim>::add(Patch<Dim>& patch, Step step, double time) {
+  add_to(found_[step], patch, time);
 }
 
 template <int Dim>
@@ -218,7 +218,7 @@ template <int Dim>
 GaugeRows Gauges<Dim>::present(std::span<Patch<Dim>* const> patches, Step at, double time,
                                const Communicator& ranks) {
   Found found;
-  for (Patch<Dim>* patch : patches) add_to(found, *patch);
+  for (Patch<Dim>* patch : patches) add_to(found, *patch, time);
   std::vector<Index> sum, least;
   gather(found, sum, least);
   ranks.sum(sum);

@@ -27,8 +27,8 @@ class Gauges {
   bool any() const { return plan_.any(); }
   std::vector<GaugeTable> tables() const;
 
-  /// After the step a patch is as it is now.
-  void add(Patch<Dim>& patch, Step step);
+  /// After the step a patch is as it is now, at `time` [s].
+  void add(Patch<Dim>& patch, Step step, double time);
   /// This rank's patches have done the step.
   void give(Step step, Agreement& own);
   /// The rows after a step; steps in order. `sum` and `least` are this part of the agreement.
@@ -59,7 +59,7 @@ class Gauges {
     std::mutex maps_mutex;
   };
   GaugeSums room() const;
-  void add_to(Found& found, Patch<Dim>& patch) const;
+  void add_to(Found& found, Patch<Dim>& patch, double time) const;
   void gather(Found& found, std::vector<Index>& sum, std::vector<Index>& least) const;
   std::vector<double> values_of(std::size_t k, const GaugeSums& all, double time);
   void add_places(const OpenGauge<Dim>& open, const GaugeSums& all, std::vector<double>& row) const;

@@ -60,10 +60,11 @@ bool RestTest<Dim>::judge(double time, double kinetic, const RestOfBodies& bodie
     state_.kinetic =
         over(kinetic + bodies.kinetic,
              sum([&](const Patch<Dim>& patch) { return stored_energy(patch, model_); }));
-  // While loads grow, forces may be in balance all the time.
+  // While loads grow, or ground goes, forces may be in balance all the time.
   const bool settled =
       std::all_of(model_.functions.begin(), model_.functions.end(),
-                  [&](const MathFunction& function) { return time >= settled_at(function); });
+                  [&](const MathFunction& function) { return time >= settled_at(function); }) &&
+      time > model_.changes.ends_at();
   state_.reached = settled && !bodies.moved && is_at_rest(model_.analysis.until, state_);
   return state_.reached;
 }

@@ -57,6 +57,8 @@ SimulationDriver<Dim>::SimulationDriver(Model<Dim> model, ExecutionOptions optio
       trace_(phases_),
       times_(stages()) {
   seconds_per_tick();  // from now on
+  if (model_.changes.takes_time())
+    time_.shorten_until(model_.changes.ends_at(), model_.changes.longest_step());
   if (ranks_.several() && !is_parallel())
     throw InputError("only the task graph runs on several ranks; leave out --serial");
   frames_.measure(ranks_, nodes_.bytes());
@@ -177,11 +179,10 @@ void SimulationDriver<Dim>::prepare_copies() {
   budget_.begin(log_.next_id());
   if (observer_.large_frame && schedule_.plans_frames() && !frames_are_large())
     budget_.add(frames_.bytes());
-  // Tasks copy states where there is memory for that, and nobody may leave the mesh, which only a
-  // drained graph tells the observer.
+  // Tasks copy states where there is memory for that, and nobody is removed, which only a drained
+  // graph tells the observer.
   // States say whether the run has come to rest, which is tested after the graph has drained.
-  bool copies_states =
-      observer_.checkpoint && !model_.analysis.remove_leaving_particles && !rest_.on();
+  bool copies_states = observer_.checkpoint && !removes_particles() && !rest_.on();
   if (copies_states) {
     const Index own = static_cast<Index>(stager_.bytes());
     const auto bytes = static_cast<std::size_t>(ranks_.max(own));
@@ -270,7 +271,7 @@ Step SimulationDriver<Dim>::drain_step(Step end) const {
 
 template <int Dim>
 void SimulationDriver<Dim>::take_removed() {
-  if (!model_.analysis.remove_leaving_particles) return;
+  if (!removes_particles()) return;
   std::vector<RemovedParticle> all;
   for (int i = 0; i < patches_.size(); ++i) {
     all.insert(all.end(), patches_[i].removed.begin(), patches_[i].removed.end());
@@ -282,6 +283,7 @@ void SimulationDriver<Dim>::take_removed() {
   for (RemovedParticle& one : all) one.id = log_.dense(one.id);
   if (ranks_.several()) all = ranks_.gather_all(std::span<const RemovedParticle>(all));
   gauges_.add_removed(all);
+  std::erase_if(all, [](const RemovedParticle& one) { return one.as_planned; });
   if (all.empty()) return;
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::tie(a.step, a.id) < std::tie(b.step, b.id);

@@ -104,6 +104,9 @@ class SimulationDriver {
   /// All particles that have left the mesh since the last call, on all ranks alike: in an order
   /// that does not depend on when this is called.
   void take_removed();
+  bool removes_particles() const {
+    return model_.analysis.remove_leaving_particles || model_.changes.takes_time();
+  }
   /// Deliver the particles that are on their way: what the first stage of the next step would do.
   void settle();
   /// While no particle is on its way: then nobody needs the log of injections so far.

@@ -314,7 +314,7 @@ void SimulationDriver<Dim>::output(int p, Step step) {
   const bool needs_sums = sums_due(step);
   if (needs_sums || frame_due(step) || gauges_due(step)) check_finite(patch);
   if (needs_sums) history_.add(p, step, sums(patch, model_));
-  if (gauges_due(step)) gauges_.add(patch, step);
+  if (gauges_due(step)) gauges_.add(patch, step, time_.time_at(step) + time_.dt_of(step));
   if (watch_.due(step)) watch_.look_at(patch, step);
   if (copy_due(step)) {
     frames_.copy(p, step);

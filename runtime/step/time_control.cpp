@@ -132,6 +132,7 @@ double TimeControl::limit_with_injections(Step step, double limit) const {
 /// is the last.
 bool TimeControl::place(Step step, double stable) {
   const double now = start_time_[step];
+  if (now < shorter_until_) stable = std::min(stable, shorter_dt_);
   double target = no_time;
   for (const double interval : {frame_dt_, history_dt_, gauge_dt_})
     if (interval > 0) target = std::min(target, next_multiple(now, interval));

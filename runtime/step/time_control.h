@@ -44,6 +44,11 @@ class TimeControl {
   Planned plan(Step step, double limit);
   /// The same of an implicit step of `dt`, whose limit is set, and again where that is cut.
   void set_dt(Step step, double dt);
+  /// Adaptive steps that begin before `time` [s] are not longer than `dt` [s].
+  void shorten_until(double time, double dt) {
+    shorter_until_ = time;
+    shorter_dt_ = dt;
+  }
   /// The run ends with the steps that are done.
   void end_at(Step done) { nsteps_ = std::min<Index>(nsteps_, done); }
   /// No particle is on its way: the limit of the step that is next.
@@ -75,6 +80,7 @@ class TimeControl {
 
   TimeStep step_;
   double end_time_, frame_dt_, history_dt_, gauge_dt_;
+  double shorter_until_ = 0, shorter_dt_ = 0;
   Index most_nsteps_, nsteps_;
   std::vector<InjectionLimit> injections_;
   PerStep<double> dt_, start_time_, limit_;

@@ -1,6 +1,8 @@
 // Stages of generated scenarios.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tests/properties/scenario_parts.h"
 
 namespace lahar::test {
@@ -34,6 +36,9 @@ void add_particles(Choices& choices, const std::string& of, const Outline& outli
     stage["remove"].push_back(group_of(choices, of + "remove.", outline));
     if (choices.chance(of + "remove.more", 25))
       stage["remove"].push_back(group_of(choices, of + "remove.other.", outline));
+    for (Json& removal : stage["remove"])
+      if (choices.chance(of + "remove.slowly", 50))
+        removal["over"] = choices.number(of + "remove.over", 0.2, 0.05, 0.5) * stable_step(outline);
   }
   if (choices.chance(of + "change", 45)) {
     Json change = group_of(choices, of + "change.", outline);
@@ -86,6 +91,18 @@ void add_method(Choices& choices, const std::string& of, const Outline& outline,
     stage["post_processing"]["gauges"] = {{{"name", "later"}, {"type", "particles"}}};
 }
 
+/// A stage is longer than what it removes little by little needs, whatever its steps.
+void outlast_removals(const GeneratedCase& made, Json& stage) {
+  constexpr int enough = 6;  // of a tenth of a stable step, the shortest that there are
+  const Json removals = stage.value("remove", Json::array());
+  if (std::none_of(removals.begin(), removals.end(),
+                   [](const Json& removal) { return removal.contains("over"); }))
+    return;
+  Json& analysis = stage["analysis"];
+  analysis["nsteps"] = std::max(enough, analysis.value("nsteps", made.steps));
+  analysis["end_time"] = nullptr;
+}
+
 /// All materials, of which some are softer or stronger.
 void add_materials(Choices& choices, const std::string& of, const Json& materials, Json& stage) {
   if (!choices.chance(of + "materials", 25)) return;
@@ -124,6 +141,7 @@ Json stages_of(Choices& choices, const Outline& outline, const GeneratedCase& ma
       if (begins && !stage["analysis"].contains("time_step"))
         stage["analysis"]["time_step"] = nullptr;
     }
+    outlast_removals(made, stage);
     all.push_back(stage);
   }
   return all;

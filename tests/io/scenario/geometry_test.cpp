@@ -77,8 +77,8 @@ TEST_CASE("a stage removes what lies above a surface") {
   const auto model =
       std::get<Model<2>>(read_scenario_text(text, ".", {.overrides = {}, .stage = 1}).model);
   REQUIRE(model.changes.removed.size() == 1);
-  CHECK(model.changes.removed[0].region({2, 4.1}));
-  CHECK(!model.changes.removed[0].region({2, 3.9}));
+  CHECK(model.changes.removed[0].of.region({2, 4.1}));
+  CHECK(!model.changes.removed[0].of.region({2, 3.9}));
 }
 
 TEST_CASE("layers reach from their surface to the next one, each with its material and set") {
