@@ -86,7 +86,9 @@ void ScenarioBuilder<Dim>::check_removal_times() {
   for (const JsonValue* entry : get_list(*given, "remove")) {
     const double over = get_number(*entry, "over").value_or(0.0);
     if (over <= 0) {
-      if (!written(*entry, "over") && !is_implicit(analysis) && !model_.gravity.isZero(0.0))
+      const JsonValue* given_over = entry->find("over");
+      const bool is_meant = given_over && !given_over->defaulted;
+      if (!is_meant && !is_implicit(analysis) && !model_.gravity.isZero(0.0))
         in_.warning(*entry,
                     "all of it is gone at once: what it lay on bounces, and loses horizontal "
                     "stress where it is soil without cohesion",

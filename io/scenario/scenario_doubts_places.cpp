@@ -105,7 +105,7 @@ void ScenarioBuilder<Dim>::warn_of_absorbing_nodes(
     own[i] = {.area = one.area, .normal = one.normal, .entry = static_cast<Index>(entry)};
     std::copy_n(places[i].data(), Dim, own[i].x.begin());
   }
-  const Vec<Dim> edge = mesh_->mean_cell();
+  const Vec<Dim> edge = outer_cell();
   std::array<std::map<long, AbsorbingPlane>, static_cast<std::size_t>(Dim)> planes;  // by normal
   for (const AbsorbingNode& node : joined(team_.gather(own))) {
     const auto normal = static_cast<std::size_t>(node.normal);
@@ -126,7 +126,7 @@ void ScenarioBuilder<Dim>::warn_of_absorbing_nodes(
       continue;
     }
     for (const auto& [at, plane] : planes[normal]) {
-      const double area = plane.area<Dim>(edge);
+      const double area = plane.template area<Dim>(edge);
       if (area == 0 || std::abs(plane.given - area) <= much * area) continue;
       in_.warning(
           *entries[static_cast<std::size_t>(plane.nodes.front().entry)].first,

@@ -239,11 +239,9 @@ void ScenarioBuilder<Dim>::check_rigid_bodies() {
               fmt::format("'rigid_bodies' do not go together with {}", what), hint);
   };
   const Analysis& a = model_.analysis;
-  const bool moving =
-      std::any_of(model_.rigid_bodies.begin(), model_.rigid_bodies.end(),
-                  [](const auto& body) { return body.motion != RigidBody<Dim>::Motion::fixed; });
-  if (is_implicit(a) && moving)
-    refuse("implicit steps where they move", "take explicit steps, or displacement_constraints");
+  if (is_implicit(a) && a.free_bodies)
+    refuse("implicit steps where forces move them",
+           "take explicit steps, or give 'velocity' in place of 'density' and 'mass'");
   if (is_implicit(a) && a.as_cbgeo) refuse("implicit steps of the preset cbgeo");
   if (is_projection(a)) refuse("projections", "take walls of nodes, or explicit steps");
   if (a.plane == Plane::stress) refuse("plane stress");

@@ -71,13 +71,19 @@ void set(const std::array<double*, Dim>& rows, Local p, const Vec<Dim>& value) {
   for (std::size_t d = 0; d < Dim; ++d) rows[d][p] = value[static_cast<int>(d)];
 }
 
-/// Reach of a particle at x that is seen near a body for the first time. `given`: minus its
-/// distance to the surface of the body that it is part of, or 0. `volume` [m^Dim] of its section.
+/// Reach of a particle at x that is seen near a body for the first time, in a step of `dt` [s] at
+/// whose end bodies are where they are. `given`: minus its distance to the surface of the body that
+/// it is part of, or 0. `volume` [m^Dim] of its section.
 template <int Dim>
-double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<Dim>& bodies) {
+double first_reach(double given, const Vec<Dim>& x, double volume, const Bodies<Dim>& bodies,
+                   double dt) {
   double reach = given < 0 ? -given : 0.5 * edge_of_box<Dim>(volume);
-  for (std::size_t k = 0; k < bodies.size(); ++k)
-    reach = std::min(reach, bodies.nearest(k, x).distance);
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    const auto near = bodies.nearest(k, x);
+    const double came_nearer =
+        bodies[k].stays() ? 0.0 : dt * bodies.at(k).velocity_at(x).dot(near.normal);
+    reach = std::min(reach, near.distance + came_nearer);
+  }
   return std::max(reach, std::numeric_limits<double>::min());
 }
 
@@ -110,16 +116,16 @@ double contact_area(double volume, double edge, double reach, double h) {
   return std::max(side_of_box<Dim>(edge), flat);
 }
 
-/// A particle at the beginning of a step.
+/// A particle at the beginning of a step of `dt` [s].
 template <int Dim>
 void begin(Touching<Dim>& at, const ContactRows<Dim>& rows, const ContactBin& bin, Local p,
-           const Bodies<Dim>& bodies) {
+           const Bodies<Dim>& bodies, double dt) {
   at.x = get<Dim>(rows.x, p);
   at.mass = rows.mass[p];
   at.depth = depth_at(bin.analysis, at.x[0]);
   double& reach = rows.reach[p];
   at.is_new = !(reach > 0);
-  if (at.is_new) reach = first_reach(reach, at.x, at.mass / (bin.density * at.depth), bodies);
+  if (at.is_new) reach = first_reach(reach, at.x, at.mass / (bin.density * at.depth), bodies, dt);
   at.reach = reach;
   double& extent = rows.extent[p];
   if (at.is_new && extent == 0.0) extent = reach;

@@ -63,7 +63,7 @@ void press_liquid(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
           const Vec<Dim> grains = get<Dim>(rows.force, p), before = get<Dim>(liquid, p);
           if (grains.isZero(0.0) && before.isZero(0.0)) continue;
           Touching<Dim> at;
-          begin(at, rows, common, p, bodies);
+          begin(at, rows, common, p, bodies, step.dt);
           move_with_step<Dim>(at, common, Vec<Dim>::Zero(), step.dt);
           limit_spring(at, common, longest);
           const double k = liquid_stiffness(at, common, patch.particles.row(Column::volume)[p]);

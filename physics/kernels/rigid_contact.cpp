@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "physics/base/pack_bits.h"
 #include "physics/basis/any_basis.h"
@@ -223,6 +224,21 @@ void press_at_start(Patch<Dim>& patch, const Bodies<Dim>& bodies, Local p, Touch
   if (has_liquid) set<Dim>(patch.particles.template rows<Dim>(Column::contact_liquid), p, all);
 }
 
+/// Of the body that is nearest to a place, there [m/s].
+template <int Dim>
+Vec<Dim> velocity_of_nearest(const Bodies<Dim>& bodies, const Vec<Dim>& x) {
+  std::size_t nearest = 0;
+  if (bodies.size() > 1) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < bodies.size(); ++k)
+      if (const double distance = bodies.nearest(k, x).distance; distance < least) {
+        least = distance;
+        nearest = k;
+      }
+  }
+  return bodies.at(nearest).velocity_at(x);
+}
+
 }  // namespace
 
 template <int Dim>
@@ -261,7 +277,7 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
         for (Local first = bin.begin; first < bin.end; first += lanes<Pack>) {
           const unsigned all = first_bits<Pack>(bin.end - first);
           for_each_bit(all, [&](std::size_t lane) {
-            begin(at[lane], rows, common, first + static_cast<Local>(lane), bodies);
+            begin(at[lane], rows, common, first + static_cast<Local>(lane), bodies, step.dt);
           });
           const unsigned touched =
               not_zero(rows.force, first, bin.end) | not_zero(rows.couple, first, bin.end);
@@ -299,6 +315,12 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
               couple = mean_couple<Dim>(couple_before, now[lane].couple, T, step.dt);
             set_contact_couple<Dim>(rows.couple, p, couple);
             if (!implicit) return;  // count_couples() does
+            // end_contact() takes the force after the step, and not the mean of both.
+            const double more =
+                0.5 * step.dt *
+                (old - now[lane].force).dot(velocity_of_nearest(bodies, at[lane].x));
+            patch.work.external += more;
+            patch.work.internal += more;
             const auto add_half = [&](const Vec<Dim>& force, const ContactCouple<Dim>& c) {
               give_couple<Dim>(basis, p, force, c, rows.extent[p], [&](int i, const Vec<Dim>& f) {
                 const double* v = fields[0] + static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
@@ -386,7 +408,7 @@ ImplicitContact<Dim> contact_after(Patch<Dim>& patch, const StepContext<Dim>& st
   const ContactRows<Dim> rows(patch.particles);
   const ContactBin common = contact_bin(patch, step, bin);
   Touching<Dim> at;
-  begin(at, rows, common, p, bodies);
+  begin(at, rows, common, p, bodies, step.dt);
   move_with_step(at, common, move, step.dt);
   ImplicitContact<Dim> found;
   Touched<Dim> now;

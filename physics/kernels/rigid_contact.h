@@ -86,8 +86,8 @@ void keep_outside(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
 template <int Dim>
 void end_contact(Patch<Dim>& patch, const StepContext<Dim>& step);
 
-/// Implicit steps: contact of a particle that the step moves by `move` [m], without dashpots.
-/// Bodies do not move in these steps.
+/// Implicit steps: contact of a particle that the step moves by `move` [m], without dashpots, with
+/// bodies where they are at the end of the step.
 template <int Dim>
 struct ImplicitContact {
   Vec<Dim> force;                             ///< [N]

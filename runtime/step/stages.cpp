@@ -654,7 +654,10 @@ Stages<Dim> motion_before_solve(const Analysis& analysis) {
                            .takes = {NodeSum::mass_momentum},
                            .begin = [](P& p, S& s) {
                              begin_implicit_step(p, s);
-                             if (s.model->analysis.rigid_bodies) begin_contact(p, s);
+                             if (!s.model->analysis.rigid_bodies) return;
+                             StepContext<Dim> step = s;
+                             step.time -= s.dt;  // solves have the end of the step
+                             begin_contact(p, step);
                            }};
   if (!analysis.implicit.quasi_static) begin.takes.push_back(NodeSum::inertia);
   return {map, begin};

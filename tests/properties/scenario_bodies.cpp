@@ -168,8 +168,7 @@ Json rigid_bodies_of(Choices& choices, const Outline& outline) {
        {"friction", friction}});
   if (outline.shapes && choices.chance("rigid.bed", 60)) all[0]["region"] = {{"below", "bed"}};
   if (choices.chance("rigid.sticky", 30)) all[0]["cohesion"] = 50;
-  if (outline.is_implicit()) return all;  // which have none that move
-  if (!outline.pores && choices.chance("rigid.free", 60))
+  if (!outline.pores && !outline.is_implicit() && choices.chance("rigid.free", 60))
     all.push_back(
         {{"region", {{"sphere", {{"centre", at(0.5, 0.65)}, {"radius", 0.3 * outline.h.back()}}}}},
          {"density", choices.number("rigid.density", 2000, 100, 5000)},

@@ -465,3 +465,50 @@ TEST_CASE("rigid bodies: an elastic block that a plate presses bears its load, a
     CHECK(std::abs(row.balance) < 0.015 * row.internal);
   }
 }
+
+TEST_CASE("rigid bodies: a plate presses a block by equilibria, and lets it go") {
+  constexpr double E = 1e6, nu = 0.3, squeeze = 0.01, side = 0.4;
+  const double pressure = E / (1 - nu * nu) * squeeze / side;
+  for (const auto& [cell, steps] : {std::pair{0.05, 8}, {0.05, 16}, {0.025, 8}}) {
+    CAPTURE(cell);
+    CAPTURE(steps);
+    Simulation simulation(model_by_default<2>(fmt::format(
+        R"({{
+        "mesh": {{"structured": {{"cell_size": {0}, "extent": [0.8, 0.6]}},
+          "boundary_conditions": {{"velocity_constraints": [
+            {{"nset": "floor", "dir": "y", "velocity": 0}},
+            {{"nset": "left", "dir": "x", "velocity": 0}}]}}}},
+        "sets": {{"nodes": {{"floor": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+                           "left": {{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}}}}}},
+        "materials": [{{"name": "m", "type": "LinearElastic", "density": 1000,
+          "youngs_modulus": {1}, "poisson_ratio": {2}}}],
+        "particles": [{{"generator": {{"type": "region", "material": "m", "per_cell": 2,
+          "region": {{"box": {{"min": [0, 0], "max": [{3}, {3}]}}}}}}}}],
+        "rigid_bodies": [{{"name": "plate",
+          "region": {{"box": {{"min": [-1, {3}], "max": [2, 1.4]}}}},
+          "velocity": [0, {4}], "math_function_id": "push"}}],
+        "math_functions": [{{"name": "push", "type": "Linear", "xvalues": [0, 1, 1.000001, 3],
+          "fxvalues": [-1, -1, 1, 1]}}],
+        "analysis": {{"mpm_scheme": "newmark", "scheme_settings": {{"quasi_static": true}},
+          "dt": {5}, "nsteps": {6}}}}})",
+        cell, E, nu, side, squeeze, 1.0 / steps, 2 * steps + 1)));
+    const auto at_floor = [&] {
+      const State now(simulation.frame());
+      return mean(
+          now, [&](Index p) { return now.x(p, 1) < side / 2; },
+          [&](Index p) { return now.get("stress", p, 1); });
+    };
+    simulation.advance(steps);
+    // Contact yields by p / M of half a cell.
+    CHECK(at_floor() == test::within(0.035, -pressure));
+    const HistoryRow pressed = simulation.history();
+    const double force = pressed.bodies.back().force[1];
+    CHECK(force == test::within(0.035, pressure * side));
+    // Half of the force on its way, within what stresses of finite strains are not elastic.
+    CHECK(pressed.external == test::within(0.03, 0.5 * force * squeeze));
+    CHECK(std::abs(pressed.balance) < 0.01 * pressed.internal);
+    simulation.advance(steps + 1);
+    CHECK(std::abs(at_floor()) < 1e-3 * pressure);
+    CHECK(std::abs(simulation.history().external) < 0.02 * pressed.external);
+  }
+}

@@ -81,6 +81,41 @@ TEST_CASE("a stage removes what lies above a surface") {
   CHECK(!model.changes.removed[0].of.region({2, 3.9}));
 }
 
+TEST_CASE("a stage that removes ground at once is warned of, and has to outlast what it lets go") {
+  const auto stage = [](const std::string& over, const std::string& analysis) {
+    std::string text = scenario_2d(R"({"pit": {"points": [[0, 5], [8, 1]]}})", R"({"all": true})");
+    text.insert(text.rfind('}'), R"(, "external_loading_conditions": {"gravity": [0, -10]},
+      "stages": [{"name": "ground"}, {"name": "dug", "analysis": )" +
+                                     analysis + R"(, "remove": [{"region": {"above": "pit"})" +
+                                     over + "}]}]");
+    const auto said = [](const std::vector<Problem>& problems) {
+      std::string all;
+      for (const Problem& one : problems) all += one.message + "\n";
+      return all;
+    };
+    try {
+      return said(read_scenario_text(text, ".", {.overrides = {}, .stage = 1}).warnings);
+    } catch (const InputError& error) {
+      return said(error.problems());
+    }
+  };
+  const std::string
+      adaptive = R"({"dt": null, "nsteps": null, "end_time": 2, "time_step": {"adaptive": true}})",
+      fixed = R"({"dt": 0.001, "nsteps": 2000, "end_time": null})",
+      at_once = "all of it is gone at once";
+  CHECK(stage("", adaptive).find(at_once) != std::string::npos);
+  for (const char* over : {R"(, "over": 0)", R"(, "over": 1)"}) {
+    CHECK(stage(over, adaptive).find(at_once) == std::string::npos);
+    CHECK(stage(over, fixed).find("suddenly") == std::string::npos);
+  }
+  for (const std::string& steps : {adaptive, fixed})
+    CHECK(stage(R"(, "over": 2)", steps).find("all is gone after 2 s, but the stage ends at 2 s") !=
+          std::string::npos);
+  CHECK(stage(R"(, "over": 0.004)", fixed)
+            .find("all goes within 4 steps, nearly as suddenly as without 'over'") !=
+        std::string::npos);
+}
+
 TEST_CASE("layers reach from their surface to the next one, each with its material and set") {
   const std::string text = R"({"mesh": {"structured": {"cell_size": 1, "extent": [8, 8]}},
   "geometry": {"ground": {"points": [[0, 6.3], [8, 6.3]]}, "horizon": {"points": [[0, 0.1], [8, 8.1]]},
