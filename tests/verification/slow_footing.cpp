@@ -143,7 +143,59 @@ double plate_reaction(double cell, double safety) {
   return reaction / (0.5 * (2 + std::numbers::pi) * yield / std::numbers::sqrt3);
 }
 
+/// Reaction of a rough rigid body that equilibria press into Tresca's clay, over Prandtl's load, in
+/// the last quarter of a settlement of 0.3 % of its half width of 1 m.
+double body_reaction(int cells, int steps) {
+  constexpr double yield = 1000, settlement = 0.003, modulus = 1.45e7;  // [Pa], [m], [Pa]
+  const double h = 1.0 / cells;
+  const std::string text = fmt::format(
+      R"({{
+    "mesh": {{"structured": {{"cell_size": {h}, "extent": [5, {top}]}},
+             "boundary_conditions": {{
+               "velocity_constraints": [{{"nset": "base", "dir": "x", "velocity": 0}},
+                                        {{"nset": "base", "dir": "y", "velocity": 0}},
+                                        {{"nset": "sides", "dir": "x", "velocity": 0}}]}}}},
+    "sets": {{"nodes": {{
+      "base": {{"half_space": {{"point": [0, 0], "normal": [0, 1]}}}},
+      "sides": {{"union": [{{"half_space": {{"point": [0, 0], "normal": [1, 0]}}}},
+                          {{"half_space": {{"point": [5, 0], "normal": [-1, 0]}}}}]}}}}}},
+    "materials": [
+      {{"name": "clay", "type": "MohrCoulomb", "density": 1800, "youngs_modulus": {E},
+       "poisson_ratio": 0.45, "friction": 0, "dilation": 0, "cohesion": {yield},
+       "tension_cutoff": 1e6}}],
+    "particles": [
+      {{"generator": {{"type": "region", "per_cell": 2, "material": "clay",
+                     "region": {{"box": {{"max": [5, 3]}}}}}}}}],
+    "rigid_bodies": [{{"name": "footing", "region": {{"box": {{"min": [-1, 3], "max": [1, 4]}}}},
+                      "velocity": [0, {v}], "friction": "rough"}}],
+    "analysis": {{"mpm_scheme": "newmark", "scheme_settings": {{"quasi_static": true}},
+                 "shape_functions": "element", "b_bar": true, "dt": {dt}, "nsteps": {n}}}}})",
+      fmt::arg("h", h), fmt::arg("top", 3 + 4 * h), fmt::arg("v", -settlement),
+      fmt::arg("yield", yield), fmt::arg("E", modulus), fmt::arg("dt", 1.0 / steps),
+      fmt::arg("n", steps));
+  Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR);  // native defaults
+  Simulation simulation(std::get<Model<2>>(std::move(scenario.model)));
+  simulation.advance(steps - steps / 4);
+  double sum = 0;
+  for (int k = 0; k < steps / 4; ++k) {
+    simulation.advance(1);
+    sum += simulation.history().bodies.front().force[1];
+  }
+  return sum / (steps / 4) / ((2 + std::numbers::pi) * yield);
+}
+
 }  // namespace
+
+TEST_CASE("a rigid footing that equilibria press into clay meets Prandtl's load") {
+  const double coarse = body_reaction(8, 20), half_step = body_reaction(8, 40),
+               half_cell = body_reaction(16, 20);
+  MESSAGE("reaction over Prandtl's: " << coarse << ", half the step " << half_step
+                                      << ", half the cell " << half_cell);
+  // It acts half a cell wider.
+  CHECK(half_step == test::within(0.002, coarse));
+  CHECK(coarse == test::within(0.01, 1 + 0.5 / 8));
+  CHECK(half_cell == test::within(0.01, 1 + 0.5 / 16));
+}
 
 TEST_CASE("a strip footing fails at Prandtl's load") {
   const double prandtl = 2 + std::numbers::pi;

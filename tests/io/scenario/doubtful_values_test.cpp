@@ -181,10 +181,12 @@ TEST_CASE("displacements that begin anew on springs or absorbing boundaries are 
   CHECK(said(springs + ", " + absorbing, R"("strain")").find(lost) == std::string::npos);
 }
 
-TEST_CASE("absorbing nodes whose areas are not those of the mesh, or in many planes, are warned of") {
+TEST_CASE(
+    "absorbing nodes whose areas are not those of the mesh, or in many planes, are warned of") {
   const auto absorbing = [](const char* set, const char* dir, const char* edge, const char* place) {
-    return fmt::format(R"({{"nset": "{}", "dir": "{}", "delta": 50, "h_min": {}, "position": "{}"}})",
-                       set, dir, edge, place);
+    return fmt::format(
+        R"({{"nset": "{}", "dir": "{}", "delta": 50, "h_min": {}, "position": "{}"}})", set, dir,
+        edge, place);
   };
   const auto with = [](const std::string& entries) {
     return Case{.more = fmt::format(R"(, "absorbing_constraints": [{}])", entries)};
@@ -193,7 +195,7 @@ TEST_CASE("absorbing nodes whose areas are not those of the mesh, or in many pla
   CHECK(warnings_of(with(absorbing("floor", "y", "0.5", "edge"))) == "");
   check_warns(with(absorbing("floor", "y", "1", "edge")),
               "the nodes of the absorbing boundary at y = 0 have areas of 21 m together by 'h_min' "
-              "and 'position', and 10 m by the mesh");
+              "and 'position', and 10 by the mesh");
   check_warns(with(absorbing("floor", "y", "0.5", "corner")), "have areas of 5.25 m together");
   check_warns(with(absorbing("floor", "x", "0.5", "edge")),
               "lie one behind the other along its normal, x, in 21 places");
