@@ -180,11 +180,11 @@ const Section& maps_section() {
       .path = "post_processing.maps",
       .help =
           "Rasters in plan of the whole run, in maps/ of the run folder, as ESRI ASCII grids and, "
-          "where GDAL is there, as GeoTIFF with the coordinates of the map. thickness at the end "
-          "and max_thickness: volume over area. max_speed: of the mean velocity, by volume, of "
-          "what lies "
-          "over a raster cell. max_pressure: of a particle. arrival_time: when the thickness first "
-          "was above `threshold`. Maxima are those of the rows of gauges.",
+          "where GDAL is there, as GeoTIFF with the coordinates of the map. thickness and "
+          "max_thickness: volume over area. speed and max_speed: of the mean velocity, by volume, "
+          "of what lies over a raster cell. pressure and max_pressure: the largest of its "
+          "particles. arrival_time: when the thickness first was above `threshold`. Those without "
+          "max_ are at the end. Maxima are those of the rows of gauges.",
       .keys = {
           {.key = "cell_size",
            .kinds = number,

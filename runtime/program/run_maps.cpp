@@ -9,6 +9,8 @@ namespace lahar {
 
 std::vector<GaugeColumn> map_columns() {
   return {{"thickness", "m", "volume over area, at the end"},
+          {"speed", "m/s", "speed of the mean velocity over a raster cell, at the end"},
+          {"pressure", "Pa", "largest pressure of a particle, at the end"},
           {"max_thickness", "m", "largest volume over area"},
           {"max_speed", "m/s", "largest speed of the mean velocity over a raster cell"},
           {"max_pressure", "Pa", "largest pressure of a particle"},

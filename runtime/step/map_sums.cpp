@@ -115,6 +115,7 @@ void add_to_maps(std::vector<double>& maps, const MapPlan& plan, double time,
     const double thickness = static_cast<double>(sums[0]) * metres;
     const bool counts = thickness > plan.threshold;
     map(MapKind::thickness)[k] = counts ? thickness : 0;
+    map(MapKind::speed)[k] = map(MapKind::pressure)[k] = 0;
     if (!counts) continue;
     double square = 0;
     for (std::size_t d = 0; d < 3; ++d) {
@@ -124,9 +125,12 @@ void add_to_maps(std::vector<double>& maps, const MapPlan& plan, double time,
     const auto raise = [&](MapKind kind, double value) {
       map(kind)[k] = std::max(map(kind)[k], value);
     };
+    const double speed = std::sqrt(square), pressure = -ordered_value(least[k]);
+    map(MapKind::speed)[k] = speed;
+    map(MapKind::pressure)[k] = pressure;
     raise(MapKind::max_thickness, thickness);
-    raise(MapKind::max_speed, std::sqrt(square));
-    raise(MapKind::max_pressure, -ordered_value(least[k]));
+    raise(MapKind::max_speed, speed);
+    raise(MapKind::max_pressure, pressure);
     double& arrival = map(MapKind::arrival_time)[k];
     if (std::isnan(arrival)) arrival = time;
   }

@@ -35,8 +35,16 @@ std::vector<MapTerm> map_terms(const Patch<3>& patch, const MapPlan& plan);
 void add_to(MapSums& sums, const MapTerm& term);
 
 /// Rasters of the whole run, as they are kept: by kind, one after the other.
-enum class MapKind { thickness, max_thickness, max_speed, max_pressure, arrival_time };
-inline constexpr std::size_t n_maps = 5;
+enum class MapKind {
+  thickness,
+  speed,
+  pressure,
+  max_thickness,
+  max_speed,
+  max_pressure,
+  arrival_time
+};
+inline constexpr std::size_t n_maps = 7;
 /// Nothing has happened yet: zero, and nan where nothing has arrived.
 std::vector<double> empty_maps(const MapPlan& plan);
 /// Bring the rasters up to date with what is there at `time` [s].

@@ -473,6 +473,7 @@ struct MapsOfFrames {
     CHECK(std::abs(thickness - exact) <= over.particles * unit + 1e-15 * exact);
     const bool counts = thickness > plan.threshold;
     map(MapKind::thickness, k) = counts ? thickness : 0;
+    map(MapKind::speed, k) = map(MapKind::pressure, k) = 0;
     if (!counts) return;
     double square = 0;
     for (std::size_t d = 0; d < 3; ++d) {
@@ -487,6 +488,8 @@ struct MapsOfFrames {
       map(kind, k) = std::max(map(kind, k), value);
     };
     raise(MapKind::max_thickness, thickness);
+    map(MapKind::speed, k) = std::sqrt(square);
+    map(MapKind::pressure, k) = over.pressure;
     raise(MapKind::max_speed, std::sqrt(square));
     raise(MapKind::max_pressure, over.pressure);
     if (std::isnan(map(MapKind::arrival_time, k))) map(MapKind::arrival_time, k) = time;
@@ -509,8 +512,9 @@ TEST_CASE("maps have what frames have over their cells, bit for bit") {
   simulation.run();
   CHECK(same_bits(simulation.maps(), expected.maps));
   // There is something in each of them.
-  for (const MapKind kind : {MapKind::thickness, MapKind::max_thickness, MapKind::max_speed,
-                             MapKind::max_pressure, MapKind::arrival_time}) {
+  for (const MapKind kind :
+       {MapKind::thickness, MapKind::speed, MapKind::pressure, MapKind::max_thickness,
+        MapKind::max_speed, MapKind::max_pressure, MapKind::arrival_time}) {
     std::set<double> values;
     for (std::size_t k = 0; k < static_cast<std::size_t>(plan.cells()); ++k)
       if (const double value = expected.map(kind, k); value > 0) values.insert(value);

@@ -110,13 +110,13 @@ Model<2> measured_anew(std::size_t stage) {
 
 /// A column that bears its weight. Its upper half goes in the second stage, at once or in time.
 struct Lightened {
-  const char* steps;      ///< of the second stage
+  std::string steps;      ///< of the second stage
   Index look;             ///< at the stress, every so many steps
   std::string over = "";  ///< [s]
 };
-constexpr const char* explicit_steps =
+const std::string explicit_steps =
     R"({"mpm_scheme": "usl", "scheme_settings": null, "dt": 2e-5, "nsteps": 20000})";
-constexpr const char* quasi_static_steps = R"({"dt": 0.05, "nsteps": 40})";
+const std::string quasi_static_steps = R"({"dt": 0.05, "nsteps": 40})";
 Model<2> lightened(const Lightened& way, std::size_t stage) {
   return stage_of(
       column(R"({"cell_size": 0.1, "counts": [1, 12]})", "1",
