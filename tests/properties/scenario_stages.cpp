@@ -99,7 +99,8 @@ void outlast_removals(const GeneratedCase& made, Json& stage) {
                    [](const Json& removal) { return removal.contains("over"); }))
     return;
   Json& analysis = stage["analysis"];
-  analysis["nsteps"] = std::max(enough, analysis.value("nsteps", made.steps));
+  const int steps = analysis.contains("nsteps") ? analysis["nsteps"].get<int>() : made.steps;
+  analysis["nsteps"] = std::max(enough, steps);
   analysis["end_time"] = nullptr;
 }
 
