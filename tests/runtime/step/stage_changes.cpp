@@ -335,3 +335,41 @@ TEST_CASE(
       CHECK(mass == within(1e-9, 50 * (1 + std::max(0.0, 1 - time / over))));
   }
 }
+
+TEST_CASE("what goes little by little has not passed a plane, and goes on after a restart") {
+  const Lightened way{.steps = R"({"mpm_scheme": "musl", "scheme_settings": null, "dt": 2e-5,
+                                   "nsteps": 400})",
+                      .look = 0,
+                      .over = "0.006"};
+  Simulation first(lightened(way, 0), serial());
+  first.run();
+  const StoredState between(first.state());
+  Model<2> model = lightened(way, 1);
+  Gauge plane;
+  plane.kind = Gauge::Kind::plane;
+  plane.name = "cut";
+  plane.origin = {0, 0.7, 0};
+  plane.direction = {0, 1, 0};
+  model.output.measured.gauges = {plane};
+  model.output.measured.steps = 20;
+  std::vector<std::vector<double>> rows;  // mass beyond, volume, passed, flow
+  Observer observer;
+  observer.gauges = [&](const GaugeRows& row) { rows.push_back(row.values.front()); };
+  bool any_removed = false;
+  observer.removed = [&](std::span<const RemovedParticle>) { any_removed = true; };
+  Simulation whole(model, serial(), observer, state_at_start(between.view(), false));
+  whole.advance(190);
+  const StoredState middle(whole.state());
+  whole.run();
+  CHECK(!any_removed);  // nothing has left the mesh
+  REQUIRE(rows.size() == 20);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const double share = std::max(0.0, 1 - 4e-4 * static_cast<double>(k + 1) / 0.006);
+    CHECK(std::abs(rows[k][0] - 30 * share) < 1e-9);
+    CHECK(std::abs(rows[k][2]) < 1e-9);
+  }
+  observer.removed = {};
+  Simulation resumed(model, flow(2), observer, middle.view());
+  resumed.run();
+  CHECK(difference(StoredState(whole.state()), StoredState(resumed.state())) == "");
+}
