@@ -89,8 +89,6 @@ void ScenarioBuilder<Dim>::check_plane() {
   const JsonValue& analysis = section("analysis");
   if (a.two_phase) refuse_across(root_.find("particles"), "a liquid in pores", "take plane strain");
   if (is_projection(a)) refuse_across(analysis.find("mpm_scheme"), "a projection", "take \"musl\"");
-  if (is_implicit(a) && a.mean_volume && a.plane == Plane::axisymmetric)
-    refuse_across(analysis.find("b_bar"), "B-bar in implicit steps", "take explicit steps");
   if (a.contact.bodies > 1)
     refuse_across(analysis.find("interface"), "contact of bodies",
                   "bodies that stick to each other need no contact");

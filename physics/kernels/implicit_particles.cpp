@@ -34,11 +34,36 @@ void map_inertia(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
   map_momentum_of<Dim, Pack>(patch, bins, particle, patch.own_sums(NodeSum::inertia, step.step));
 }
 
+namespace {
+
+/// B-bar around an axis: the trace is the mean of the cell, and all three strains share what is
+/// missing.
+void share_mean_trace(const double* V, ParticleBins bins, VelocityGradients<2>& gradients) {
+  for (const ParticleBin& bin : bins) {
+    const std::size_t first = gradients.begin(bin, bins);
+    double sum = 0, volume = 0;
+    for (Local p = bin.begin; p < bin.end; ++p) {
+      sum += V[p] * gradients.trace[first + static_cast<std::size_t>(p - bin.begin)];
+      volume += V[p];
+    }
+    for (Local p = bin.begin; p < bin.end; ++p) {
+      const std::size_t at = first + static_cast<std::size_t>(p - bin.begin);
+      const double more = (sum / volume - gradients.trace[at]) / 3;
+      for (double* rate : {&gradients.L[0][at], &gradients.L[3][at], &gradients.hoop[at]})
+        *rate += more;
+      gradients.trace[at] = sum / volume;
+    }
+  }
+}
+
+}  // namespace
+
 template <int Dim>
 void find_displacement_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
                                  VelocityGradients<Dim>& gradients) {
   gradients.make_room(bins, lanes<Pack>);
-  const bool takes_mean = step.model->analysis.mean_volume;
+  const bool ring = step.model->analysis.plane == Plane::axisymmetric,
+             takes_mean = step.model->analysis.mean_volume && !ring;
   const double* V = patch.particles.row(Column::volume);
   for_each_bin_with_basis(
       patch, bins, [](const ParticleBin&) { return true; },
@@ -66,9 +91,11 @@ void find_displacement_gradients(Patch<Dim>& patch, const StepContext<Dim>& step
           gradients.trace[to] = 0.0;
         }
       });
-  if constexpr (Dim == 2)
-    if (step.model->analysis.plane == Plane::axisymmetric)
-      add_hoop_rates(patch, bins, patch.implicit.increment.data(), gradients, 1.0 / step.dt);
+  if constexpr (Dim == 2) {
+    if (!ring) return;
+    add_hoop_rates(patch, bins, patch.implicit.increment.data(), gradients, 1.0 / step.dt);
+    if (step.model->analysis.mean_volume) share_mean_trace(V, bins, gradients);
+  }
 }
 
 template <int Dim>

@@ -85,6 +85,32 @@ struct CellSystem {
     }
   }
 
+  /// The same of all five components of a ring, with B-bar: `more` are those gradients of the mean
+  /// trace that are not the particle's own, a third of which each normal component gets.
+  void add_ring(const StressAcross& of, double V, const double (&g)[Dim][Nodes],
+                const double (&h)[Nodes], const double (&more)[Dim][Nodes]) {
+    constexpr int all = n + 1, normal[3] = {0, Dim + 1, n};
+    double strain[all][size] = {}, T[all][size];  // derivatives of H and V P
+    for (int j = 0; j < Nodes; ++j)
+      for (int c = 0; c < Dim; ++c) {
+        for (int d = 0; d < Dim; ++d) strain[Dim * c + d][Dim * j + c] = g[d][j];
+        if (c == 0) strain[n][Dim * j] = h[j];
+        for (const int k : normal) strain[k][Dim * j + c] += more[c][j] / 3;
+      }
+    const auto by = [&](int k, int l) {
+      return k < n && l < n ? of.A[k][l] : k < n ? of.by_across[k] : l < n ? of.across[l] : of.own;
+    };
+    for (int k = 0; k < all; ++k) {
+      std::fill_n(T[k], size, 0.0);
+      for (int l = 0; l < all; ++l) add_row(V * by(k, l), strain[l], T[k]);
+    }
+    for (int k = 0; k < all; ++k) {
+      add_row(V * (k < n ? of.P[k] : of.P_across), strain[k], force);
+      for (int i = 0; i < size; ++i)
+        if (strain[k][i] != 0.0) add_row(strain[k][i], T[k], matrix[i]);
+    }
+  }
+
   /// A force on a particle with these functions, and its stiffness.
   void add_contact(const ImplicitContact<Dim>& contact, const double (&N)[Nodes]) {
     for (int i = 0; i < Nodes; ++i) {
@@ -238,6 +264,34 @@ void hoop_gradients(const Basis& basis, const Patch<2>& patch, Local p, const Lo
   for (int i = 0; i < Basis::nodes; ++i) h[i] = R[i][0] / r;
 }
 
+/// The gradients of the trace at particle p of a ring [1/m]: those of dv_r/dr + v_r/r and dv_z/dz.
+template <class Basis>
+void trace_gradients(const Basis& basis, const Patch<2>& patch, Local p, const Local* nodes,
+                     double (&t)[2][Basis::nodes]) {
+  double h[Basis::nodes];
+  gradients_at<2>(basis, p, t);
+  hoop_gradients(basis, patch, p, nodes, h);
+  for (int i = 0; i < Basis::nodes; ++i) t[0][i] += h[i];
+}
+
+/// Their mean over the particles of a bin, weighted by volumes.
+template <class Basis>
+void mean_trace_gradients(const Basis& basis, const Patch<2>& patch, const ParticleBin& bin,
+                          const Local* nodes, double (&mean)[2][Basis::nodes]) {
+  const double* V = patch.particles.row(Column::volume);
+  for (auto& row : mean) std::fill_n(row, Basis::nodes, 0.0);
+  double volume = 0;
+  for (Local p = bin.begin; p < bin.end; ++p) {
+    double t[2][Basis::nodes];
+    trace_gradients(basis, patch, p, nodes, t);
+    for (int d = 0; d < 2; ++d)
+      for (int i = 0; i < Basis::nodes; ++i) mean[d][i] += V[p] * t[d][i];
+    volume += V[p];
+  }
+  for (auto& row : mean)
+    for (double& value : row) value /= volume;
+}
+
 /// The larger of the stiffnesses in simple and in pure shear [Pa]: one of them stays where a law
 /// flows. It is that of bending, which a bulk modulus would hide.
 template <int Dim>
@@ -276,23 +330,33 @@ void hold_torn(Cell& cell, const Basis& basis, const Patch<Dim>& patch, const Pa
 }
 
 /// Add what particle p of a bin gives after the increment H, with the gradients g of functions.
-/// Returns its stiffness, or nothing where its law has no stress.
+/// `mean` (optional): those of mean_trace_gradients(). Returns its stiffness, or nothing where its
+/// law has no stress.
 template <class Basis, class Cell>
 std::optional<ParticleStiffness> add_particle_across(Cell& cell, const Basis& basis,
                                                      Patch<2>& patch, const StepContext<2>& step,
                                                      const ParticleBin& bin, Local p,
                                                      const Local* nodes, const double (&H)[2][2],
-                                                     const double (&g)[2][Basis::nodes]) {
+                                                     const double (&g)[2][Basis::nodes],
+                                                     const double (*mean)[Basis::nodes]) {
   const Analysis& analysis = step.model->analysis;
   const Law& law = step.model->materials[bin.material].law;
   const Beginning<2> before(patch, law, p);
   const bool ring = analysis.plane == Plane::axisymmetric;
   double all[3][3] = {{H[0][0], H[0][1], 0}, {H[1][0], H[1][1], 0}, {}}, h[Basis::nodes] = {};
+  double more[2][Basis::nodes] = {}, volumetric = 0;  // what the mean trace has beside the own one
   if (ring) {
     hoop_gradients(basis, patch, p, nodes, h);
     const double* d = patch.implicit.increment.data();
-    for (int i = 0; i < Basis::nodes; ++i)
-      all[2][2] += h[i] * d[static_cast<std::ptrdiff_t>(nodes[i]) * node_width];
+    for (int i = 0; i < Basis::nodes; ++i) {
+      const double* u = d + static_cast<std::ptrdiff_t>(nodes[i]) * node_width;
+      all[2][2] += h[i] * u[0];
+      if (!mean) continue;
+      more[0][i] = mean[0][i] - g[0][i] - h[i];
+      more[1][i] = mean[1][i] - g[1][i];
+      volumetric += more[0][i] * u[0] + more[1][i] * u[1];
+    }
+    for (int k = 0; k < 3; ++k) all[k][k] += volumetric / 3;
   }
   StressChange<3> change;
   if (stress_change_across(law, !ring, all, step.dt, kinematics_of(analysis), before.stress,
@@ -303,8 +367,12 @@ std::optional<ParticleStiffness> add_particle_across(Cell& cell, const Basis& ba
   if (!ring) of_step.condense(wave_modulus(law));
   const double V = patch.particles.row(Column::volume)[p];
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
-  cell.add(of_step, V, g, nullptr);
-  if (ring) cell.add_across(of_step, V, g, h);
+  if (ring && mean) {
+    cell.add_ring(of_step, V, g, h, more);
+  } else {
+    cell.add(of_step, V, g, nullptr);
+    if (ring) cell.add_across(of_step, V, g, h);
+  }
   return stiffness_of(of_step, wave_modulus(law));
 }
 
@@ -408,16 +476,20 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
         bool torn = bin.begin < bin.end;
         double mean[Dim][n] = {};
         const bool takes_mean = step.model->analysis.mean_volume;
-        if (takes_mean) mean_gradients<Dim>(basis, bin, V, mean);
+        const bool ring = Dim == 2 && step.model->analysis.plane == Plane::axisymmetric;
+        if (takes_mean && !ring) mean_gradients<Dim>(basis, bin, V, mean);
+        if constexpr (Dim == 2)
+          if (takes_mean && ring) mean_trace_gradients(basis, patch, bin, nodes, mean);
         for (Local p = bin.begin; p < bin.end; ++p) {
           double g[Dim][n], H[Dim][Dim];
           gradients_at<Dim>(basis, p, g);
-          gradient_of<Dim>(g, takes_mean ? mean : nullptr, patch.implicit.increment.data(), nodes,
-                           H);
+          gradient_of<Dim>(g, takes_mean && !ring ? mean : nullptr, patch.implicit.increment.data(),
+                           nodes, H);
           std::optional<ParticleStiffness> stiffness;
           if constexpr (Dim == 2) {
             if (deforms_across(step.model->analysis))
-              stiffness = add_particle_across(cell, basis, patch, step, bin, p, nodes, H, g);
+              stiffness = add_particle_across(cell, basis, patch, step, bin, p, nodes, H, g,
+                                              takes_mean ? mean : nullptr);
             else
               stiffness =
                   add_particle(cell, patch, step, bin, p, H, g, takes_mean ? mean : nullptr);

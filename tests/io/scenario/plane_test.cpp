@@ -108,8 +108,6 @@ TEST_CASE("models that deform across their plane are refused where they are not 
   CHECK(says(refusal({.plane = "stress", .law = sand}), "has no cohesion"));
   CHECK(says(refusal({.plane = "stress", .analysis = R"("b_bar": true, )"}),
              "B-bar is not supported yet in plane stress"));
-  CHECK(says(refusal({.analysis = R"("b_bar": true, "mpm_scheme": "newmark", )"}),
-             "B-bar in implicit steps is not supported yet in axisymmetric models"));
   CHECK(says(
       refusal({.plane = "stress", .boundary = R"("absorbing_constraints": [{"nset": "low", "dir": 1,
                                      "delta": 1, "h_min": 0.5, "position": "edge"}])"}),

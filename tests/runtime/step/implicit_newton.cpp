@@ -10,6 +10,7 @@
 #include "runtime/step/implicit_solver.h"
 #include "tests/physics/materials/material_samples.h"
 #include "tests/runtime/solve/solve_models.h"
+#include "tests/runtime/step/plane_models.h"
 
 using namespace lahar;
 using namespace lahar::test;
@@ -87,6 +88,19 @@ TEST_CASE("Newton's method converges quadratically with every law in 2D") {
     for (const ShapeFunctions functions :
          {ShapeFunctions::element, ShapeFunctions::gimp, ShapeFunctions::quadratic_spline})
       check_order(sheared_block<2>(law, functions));
+}
+
+TEST_CASE("Newton's method converges quadratically with every law around an axis") {
+  for (const Law& law : sample_laws())
+    for (const bool b_bar : {false, true}) {
+      CAPTURE(b_bar);
+      Model<2> model =
+          with_plane(sheared_block<2>(law, ShapeFunctions::element), Plane::axisymmetric);
+      model.analysis.mean_volume = b_bar;
+      for (NodeDisplacement& held : entries_of<NodeDisplacement>(model))  // the axis stays
+        if (held.dir == 0) held.displacement *= model.mesh->node(held.node)[0];
+      check_order(model);
+    }
 }
 
 TEST_CASE("Newton's method converges quadratically with every law in 3D") {
