@@ -143,9 +143,9 @@ double plate_reaction(double cell, double safety) {
   return reaction / (0.5 * (2 + std::numbers::pi) * yield / std::numbers::sqrt3);
 }
 
-/// Reaction of a rough rigid body that equilibria press into Tresca's clay, over Prandtl's load, in
-/// the last quarter of a settlement of 0.3 % of its half width of 1 m.
-double body_reaction(int cells, int steps) {
+/// Pressure under a rough rigid body that equilibria press into Tresca's clay, over its strength,
+/// in the last quarter of a settlement of 0.3 % of its half width, or radius, of 1 m.
+double body_pressure(int cells, int steps, const std::string& plane = "strain") {
   constexpr double yield = 1000, settlement = 0.003, modulus = 1.45e7;  // [Pa], [m], [Pa]
   const double h = 1.0 / cells;
   const std::string text = fmt::format(
@@ -169,10 +169,11 @@ double body_reaction(int cells, int steps) {
     "rigid_bodies": [{{"name": "footing", "region": {{"box": {{"min": [-1, 3], "max": [1, 4]}}}},
                       "velocity": [0, {v}], "friction": "rough"}}],
     "analysis": {{"mpm_scheme": "newmark", "scheme_settings": {{"quasi_static": true}},
-                 "shape_functions": "element", "b_bar": true, "dt": {dt}, "nsteps": {n}}}}})",
+                 "shape_functions": "element", "b_bar": true, "plane": "{plane}", "dt": {dt},
+                 "nsteps": {n}}}}})",
       fmt::arg("h", h), fmt::arg("top", 3 + 4 * h), fmt::arg("v", -settlement),
       fmt::arg("yield", yield), fmt::arg("E", modulus), fmt::arg("dt", 1.0 / steps),
-      fmt::arg("n", steps));
+      fmt::arg("n", steps), fmt::arg("plane", plane));
   Scenario scenario = read_scenario_text(text, LAHAR_SOURCE_DIR);  // native defaults
   Simulation simulation(std::get<Model<2>>(std::move(scenario.model)));
   simulation.advance(steps - steps / 4);
@@ -181,20 +182,35 @@ double body_reaction(int cells, int steps) {
     simulation.advance(1);
     sum += simulation.history().bodies.front().force[1];
   }
-  return sum / (steps / 4) / ((2 + std::numbers::pi) * yield);
+  const double area = plane == "strain" ? 1.0 : std::numbers::pi;
+  return sum / (steps / 4) / area / yield;
 }
 
 }  // namespace
 
 TEST_CASE("a rigid footing that equilibria press into clay meets Prandtl's load") {
-  const double coarse = body_reaction(8, 20), half_step = body_reaction(8, 40),
-               half_cell = body_reaction(16, 20);
+  const double prandtl = 2 + std::numbers::pi, coarse = body_pressure(8, 20) / prandtl,
+               half_step = body_pressure(8, 40) / prandtl,
+               half_cell = body_pressure(16, 20) / prandtl;
   MESSAGE("reaction over Prandtl's: " << coarse << ", half the step " << half_step
                                       << ", half the cell " << half_cell);
   // It acts half a cell wider.
   CHECK(half_step == test::within(0.002, coarse));
   CHECK(coarse == test::within(0.01, 1 + 0.5 / 8));
   CHECK(half_cell == test::within(0.01, 1 + 0.5 / 16));
+}
+
+// 6.05: Cox, Eason & Hopkins 1961.
+TEST_CASE("a rigid round footing that equilibria press into clay meets the load of its circle") {
+  constexpr double exact = 6.05;
+  const double coarse = body_pressure(8, 20, "axisymmetric"),
+               half_step = body_pressure(8, 40, "axisymmetric"),
+               half_cell = body_pressure(16, 20, "axisymmetric");
+  MESSAGE("pressure over the strength: " << coarse << ", half the step " << half_step
+                                         << ", half the cell " << half_cell);
+  CHECK(half_step == test::within(0.002, coarse));
+  CHECK(coarse == test::within(0.09, exact));
+  CHECK(half_cell == test::within(0.03, exact));
 }
 
 TEST_CASE("a strip footing fails at Prandtl's load") {
