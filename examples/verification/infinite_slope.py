@@ -39,7 +39,7 @@ class Trials:
 
     def __init__(self, folder):
         with open(folder / "safety.csv", encoding="utf-8") as file:
-            rows = sorted((float(row["factor"]), row["stable"] == "1", float(row["displacement"]))
+            rows = sorted((float(row["factor"]), row["stable"] == "1", float(row["displacement [m]"]))
                           for row in csv.DictReader(file))
         self.factor, self.stable, self.displacement = map(np.array, zip(*rows))
 

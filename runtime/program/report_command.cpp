@@ -47,9 +47,18 @@ Action add_report(CLI::App& command) {
                   "material)")
       ->expected(1)
       ->take_all();
-  command.add_option("--times", arguments->options.times, "Pictures of the first field over time")
-      ->check(CLI::Range(1, 24))
-      ->capture_default_str();
+  CLI::Option* times =
+      command
+          .add_option("--times", arguments->options.times, "Pictures of the first field over time")
+          ->check(CLI::Range(1, 24))
+          ->capture_default_str();
+  command
+      .add_option("--at", arguments->options.at,
+                  "Times of these pictures [s] (repeatable); the nearest frames are taken")
+      ->expected(1)
+      ->take_all()
+      ->check(CLI::NonNegativeNumber)
+      ->excludes(times);
   command
       .add_option("--points", arguments->options.budget.points,
                   "Particles of the 3D view in a frame, of all runs together")

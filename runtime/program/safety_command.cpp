@@ -58,9 +58,9 @@ int come_to_rest(const RunArguments& given, const Team& team, Scenario scenario,
       console);
 }
 
-std::string table_of(const SafetyResult& result) {
-  std::string text = "factor,stable,steps,displacement,end\n";
-  for (const SafetyTrial& trial : result.trials)
+std::string table_of(const std::vector<SafetyTrial>& trials) {
+  std::string text = "factor,stable,steps,displacement [m],end\n";
+  for (const SafetyTrial& trial : trials)
     text += fmt::format("{},{},{},{},{}\n", trial.factor, trial.stable() ? 1 : 0, trial.steps,
                         trial.displacement, name_of(trial.end));
   return text;
@@ -102,7 +102,8 @@ int unless_stopped(Console& console, auto&& run) {
   try {
     return run();
   } catch (const SafetyStopped&) {
-    console.warn(fmt::format("lahar: stopped by signal {}; the trials are lost", stop_signal()));
+    console.warn(fmt::format("lahar: stopped by signal {}; safety.csv has the trials that ended",
+                             stop_signal()));
     return exit_stopped;
   }
 }
@@ -110,10 +111,13 @@ int unless_stopped(Console& console, auto&& run) {
 int look_for_factor(const SafetyOptions& given, const SafetyTrials& trials, const fs::path& folder,
                     Console& console) {
   console.line("\n  factor  strength / factor");
-  const SafetyResult result =
-      find_factor(given.bounds, [&](double factor) { return tell(trials(factor), console); });
-  if (given.run.execution.ranks.rank() == 0)
-    write_text_file(folder / "safety.csv", table_of(result));
+  std::vector<SafetyTrial> made;
+  const SafetyResult result = find_factor(given.bounds, [&](double factor) {
+    made.push_back(tell(trials(factor), console));
+    if (given.run.execution.ranks.rank() == 0)  // a search that is stopped leaves what it found
+      write_text_file(folder / "safety.csv", table_of(made));
+    return made.back();
+  });
   const SafetyTrial* failure = result.failure();
   if (failure) trials.write_run(*failure, folder / "mechanism");
   console.line("");

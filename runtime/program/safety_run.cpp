@@ -287,7 +287,8 @@ SafetyTrial SafetyTrials::operator()(double factor) const {
 
 SafetyTrial SafetyTrials::made(double factor) const {
   const Communicator& ranks = arguments_.execution.ranks;
-  end_at_signals(ranks.rank() == 0 ? "between trials, which are lost." : "", exit_stopped);
+  end_at_signals(ranks.rank() == 0 ? "between trials; safety.csv has those that ended." : "",
+                 exit_stopped);
   Scenario scenario = scenario_of(factor);
   std::visit([](auto& model) { show_all(model.output); }, scenario.model);
   const SimulationState state = state_at_start(*equilibrium_, false);

@@ -227,7 +227,8 @@ class ReportPage {
     };
     const std::vector<ReportFrame> frames = frames_of(run);
     const ReportFrame& end = frames.back();
-    for (const ReportFrame& at : spread(frames, options_.times))
+    for (const ReportFrame& at :
+         options_.at.empty() ? spread(frames, options_.times) : nearest(frames, options_.at))
       if (at.file.file != end.file.file) figure(read(at, {fields_[0]}), *at.part, 0);
     const Frame last = read(end, fields_);
     for (std::size_t f = 0; f < fields_.size(); ++f) figure(last, *end.part, f);

@@ -12,6 +12,7 @@ namespace lahar {
 struct ReportOptions {
   std::vector<std::string> fields;  ///< empty: usual_fields()
   std::size_t times = 4;            ///< of pictures
+  std::vector<double> at;           ///< [s] of pictures, in their place; empty: `times` of them
   SampleBudget budget;
 };
 

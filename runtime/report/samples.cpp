@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "io/base/base64.h"
 #include "io/frames/vtkhdf.h"
@@ -69,6 +70,23 @@ std::vector<ReportFrame> spread(const std::vector<ReportFrame>& frames, std::siz
   std::vector<ReportFrame> some;
   for (std::size_t k = 0; k < count; ++k)
     some.push_back(frames[(k * (frames.size() - 1) + (count - 1) / 2) / (count - 1)]);
+  return some;
+}
+
+std::vector<ReportFrame> nearest(const std::vector<ReportFrame>& frames,
+                                 const std::vector<double>& times) {
+  std::vector<double> of_frames;
+  for (const ReportFrame& frame : frames)
+    of_frames.push_back(frame.part->begin + read_frame_header(frame.file.file).time);
+  std::set<std::size_t> chosen;
+  for (const double time : times) {
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < of_frames.size(); ++k)
+      if (std::abs(of_frames[k] - time) < std::abs(of_frames[best] - time)) best = k;
+    if (!of_frames.empty()) chosen.insert(best);
+  }
+  std::vector<ReportFrame> some;
+  for (const std::size_t k : chosen) some.push_back(frames[k]);
   return some;
 }
 

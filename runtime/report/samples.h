@@ -22,6 +22,10 @@ std::vector<ReportFrame> frames_of(const RunResults& run);
 /// `count` of them at equal distances, the first and the last included.
 std::vector<ReportFrame> spread(const std::vector<ReportFrame>& frames, std::size_t count);
 
+/// Those nearest to these times [s] of all stages, each once and in their order.
+std::vector<ReportFrame> nearest(const std::vector<ReportFrame>& frames,
+                                 const std::vector<double>& times);
+
 /// Fields that a report shows unless it is told: those of these that the frames have.
 std::vector<std::string> usual_fields(const FrameHeader& header);
 

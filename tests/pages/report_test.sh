@@ -89,6 +89,9 @@ done
 "$lahar" run "$work/slope.json" -q -t 1 -o "$work/many/9/slope" --set materials.0.density=3000
 "$lahar" report "${many[@]}" "$work/many/9/slope" -o "$work/nine.html"
 mkdir "$work/empty"
+"$lahar" report "$work/heap" --at 0 -o "$work/at.html"
+figures() { grep -o "<figure>" "$1" | wc -l; }
+[[ "$(figures "$work/at.html")" -lt "$(figures "$work/heap/report.html")" ]] || fail "pictures at chosen times"
 if "$lahar" report "$work/empty" 2>"$work/out"; then fail "a page of an empty folder"; fi
 grep -q "is not a run folder" "$work/out" || fail "no reason: $(cat "$work/out")"
 if "$lahar" report "$work/heap" --field wetness 2>"$work/out"; then fail "a field that is not there"; fi
