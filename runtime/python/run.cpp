@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <exception>
+#include <utility>
 
+#include "runtime/program/safety_search.h"
 #include "runtime/program/stages_run.h"
 #include "runtime/python/bindings.h"
 
@@ -53,10 +55,10 @@ RunArguments arguments_of(const ScenarioText& scenario, const py::dict& options)
   return run;
 }
 
-/// As `lahar run`: writes a run folder. Returns the exit status; adds to `warnings`, whether it
-/// throws or not.
-int run(const ScenarioText& scenario, const py::dict& options, const py::object& on_step,
-        py::list warnings) {
+/// Call `act(arguments, read, console)` as the program does; adds to `warnings`, whether it throws
+/// or not. Returns what it returns, an exit status.
+int with_engine(const ScenarioText& scenario, const py::dict& options, const py::object& on_step,
+                py::list warnings, auto act) {
   RunArguments arguments = arguments_of(scenario, options);
   TextList said;
   arguments.listener = {.line = [](const std::string&) {},
@@ -72,11 +74,7 @@ int run(const ScenarioText& scenario, const py::dict& options, const py::object&
       return scenario.read(stage, arguments.execution.memory);
     };
     Console console(Console::Voice::quiet, arguments.listener);
-    Scenario first = scenario.read(0, arguments.execution.memory,
-                                   [&](const std::string& folder, const auto& stages) {
-                                     check_output(arguments, folder, stages);
-                                   });
-    code = run_scenario(arguments, read, std::move(first), console);
+    code = act(arguments, read, console);
   } catch (...) {
     thrown = std::current_exception();
   }
@@ -87,11 +85,37 @@ int run(const ScenarioText& scenario, const py::dict& options, const py::object&
   return code;
 }
 
+/// As `lahar run`: writes a run folder.
+int run(const ScenarioText& scenario, const py::dict& options, const py::object& on_step,
+        py::list warnings) {
+  return with_engine(scenario, options, on_step, std::move(warnings),
+                     [&](const RunArguments& arguments, const auto& read, Console& console) {
+                       Scenario first =
+                           scenario.read(0, arguments.execution.memory,
+                                         [&](const std::string& folder, const auto& stages) {
+                                           check_output(arguments, folder, stages);
+                                         });
+                       return run_scenario(arguments, read, std::move(first), console);
+                     });
+}
+
+/// As `lahar safety`: writes its folder.
+int safety(const ScenarioText& scenario, const py::dict& options, py::list warnings) {
+  const SafetyBounds bounds{.most = options["most"].cast<double>(),
+                            .tolerance = options["tolerance"].cast<double>()};
+  return with_engine(scenario, options, py::none(), std::move(warnings),
+                     [&](RunArguments& arguments, const auto& read, Console& console) {
+                       arguments.can_restart = false;
+                       return find_safety(arguments, bounds, read, console);
+                     });
+}
+
 }  // namespace
 
 void bind_run(py::module_& module) {
   module.def("run", &run, py::arg("scenario"), py::arg("options"), py::arg("on_step"),
              py::arg("warnings"));
+  module.def("safety", &safety, py::arg("scenario"), py::arg("options"), py::arg("warnings"));
 }
 
 }  // namespace lahar::python

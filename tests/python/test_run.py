@@ -14,7 +14,7 @@ import matplotlib
 import numpy
 
 import lahar
-from case import SOURCE, TestCase, column
+from case import PROGRAM, SOURCE, TestCase, column
 
 matplotlib.use("Agg")
 
@@ -33,6 +33,26 @@ class RunTest(TestCase):
             self.assert_equal_frames(a, b)
         for name in ("history.csv", "scenario.json", "scenario.full.json"):
             self.assertEqual((run.folder / name).read_bytes(), (command.folder / name).read_bytes(), name)
+
+    def test_the_factor_of_safety_is_that_of_the_command(self):
+        case = lahar.Scenario.read(SOURCE / "tests/verification/safety/vertical-cut.json")
+        case.set("mesh.structured.cell_size", 1)
+        found = case.safety(self.folder / "python", tolerance=0.05)
+        case.write(self.folder / "cut.json")
+        subprocess.run([PROGRAM, "safety", self.folder / "cut.json", "--tolerance", "0.05", "--quiet",
+                        "-o", self.folder / "command"], check=True, stdout=subprocess.DEVNULL)
+        command = lahar.Safety(self.folder / "command")
+        self.assertTrue(found.trials.equals(command.trials), (found.trials, command.trials))
+        stable, fails = found.bracket
+        self.assertTrue(1.5 < stable < found.factor < fails < 1.9, found)
+        self.assertLessEqual(fails - stable, 0.05 * stable)
+        self.assertEqual(found.equilibrium.status, "finished")
+        self.assertGreater(found.mechanism.frames[-1]["displacement"].max(), 0)
+        self.assertEqual(found.trials.attrs["units"]["displacement"], "m")
+        with self.assertRaisesRegex(lahar.InvalidInput, "overwrite"):
+            case.safety(self.folder / "python")
+        with self.assertRaisesRegex(lahar.SimulationFailed, "no equilibrium with full strength"):
+            case.changed({"materials.clay.yield_stress": 20000}).safety(self.folder / "weak")
 
     def test_results_are_tables_by_particle_and_by_time(self):
         run = column().run(self.folder / "run", progress=False)

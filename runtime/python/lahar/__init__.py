@@ -20,12 +20,12 @@ from ._engine import commit as __commit__
 from ._engine import version as __version__
 from .errors import FileError, InvalidInput, LaharError, LaharWarning, Problem, SimulationFailed
 from .frame import Frame
-from .results import Map, Run
+from .results import Map, Run, Safety
 from .scenario import Check, Scenario, reference, schema
 from .simulation import Simulation
 from .studies import Study, study
 
 __all__ = [
-    "Check", "FileError", "Frame", "InvalidInput", "LaharError", "LaharWarning", "Map", "Problem", "Run", "Scenario",
-    "Simulation", "SimulationFailed", "Study", "__commit__", "__version__", "reference", "schema", "study",
+    "Check", "FileError", "Frame", "InvalidInput", "LaharError", "LaharWarning", "Map", "Problem", "Run", "Safety",
+    "Scenario", "Simulation", "SimulationFailed", "Study", "__commit__", "__version__", "reference", "schema", "study",
 ]

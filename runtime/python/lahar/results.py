@@ -142,6 +142,54 @@ class Run:
         return f"<lahar.Run {self.folder}: {self.status}{stages}>"
 
 
+class Safety:
+    """The folder of a search for the factor of safety: `Scenario.safety()`, `lahar safety`."""
+
+    def __init__(self, folder: Union[str, os.PathLike[str]]) -> None:
+        self.folder = Path(folder)
+        if not (self.folder / "safety.csv").is_file():
+            raise FileNotFoundError(f"{self.folder} has no safety.csv: it is not the folder of a search")
+
+    @property
+    def trials(self) -> pandas.DataFrame:
+        """The trials in their order: the factor by which strength was divided, whether the body was
+        `stable` with it, steps, the largest displacement, and how the trial ended."""
+        import pandas
+
+        table = pandas.read_csv(self.folder / "safety.csv")
+        table["stable"] = table["stable"] == 1
+        table.attrs["units"] = {"displacement": "m"}
+        return table.rename(columns={"displacement [m]": "displacement"})
+
+    @property
+    def bracket(self) -> tuple[float, float]:
+        """The largest factor with an equilibrium, and the least without one (infinite: none failed)."""
+        trials = self.trials
+        stable = trials.factor[trials.stable].max()
+        fails = trials.factor[~trials.stable].min()
+        return (1.0 if np.isnan(stable) else float(stable), np.inf if np.isnan(fails) else float(fails))
+
+    @property
+    def factor(self) -> float:
+        """The factor of safety: the middle of the bracket, or its lower end where no trial failed."""
+        stable, fails = self.bracket
+        return stable if np.isinf(fails) else 0.5 * (stable + fails)
+
+    @property
+    def equilibrium(self) -> Run:
+        """The run with full strength."""
+        return Run(self.folder / "equilibrium")
+
+    @property
+    def mechanism(self) -> Optional[Run]:
+        """The trial that failed with the least factor; None where none failed."""
+        folder = self.folder / "mechanism"
+        return Run(folder) if folder.is_dir() else None
+
+    def __repr__(self) -> str:
+        return f"<lahar.Safety {self.folder}: {self.factor:.4g}>"
+
+
 def _stages_in(folder: Path) -> list[Path]:
     """Folders of stages in their order, of two with one number the later one: those that `lahar
     watch` and `lahar report` show."""

@@ -12,7 +12,7 @@ from typing import Any, Iterable, Mapping, NamedTuple, Optional, Union
 from . import _engine
 from .errors import InvalidInput, LaharWarning, SimulationFailed
 from .progress import Progress, shown
-from .results import Run
+from .results import Run, Safety
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -147,6 +147,28 @@ class Scenario(dict[str, Any]):
         if code == _EXIT_SIMULATION:
             raise SimulationFailed(run.message)
         return run
+
+    def safety(self, folder: PathLike, *, tolerance: float = 0.01, most: float = 16.0,
+               threads: Optional[int] = None, overwrite: bool = False) -> Safety:
+        """The factor of safety by strength reduction, as `lahar safety` finds it, into a folder.
+
+        The bracket of the factor is at last as narrow as `tolerance`, a share of it; factors above
+        `most` are not looked for. Ctrl-C stops the search. Raises SimulationFailed where there is no
+        equilibrium with full strength, InvalidInput and FileError.
+        """
+        said: list[str] = []
+        options = {"output": os.fspath(folder), "threads": threads or 0, "overwrite": overwrite,
+                   "restart": "", "wall_time": 0.0, "tolerance": tolerance, "most": most,
+                   "command": ["python", *sys.argv]}
+        code = 0
+        try:
+            code = _engine.safety(self._text(), options, said)
+        finally:
+            if code != _EXIT_SIMULATION:
+                warn(said, stacklevel=2)
+        if code == _EXIT_SIMULATION:
+            raise SimulationFailed("\n".join(text.strip().removeprefix("lahar: error: ") for text in said))
+        return Safety(folder)
 
     def _text(self) -> _engine.ScenarioText:
         try:
