@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "io/base/atomic_file.h"
 #include "io/base/text.h"
@@ -27,6 +29,7 @@ namespace fs = std::filesystem;
 struct PictureArguments {
   std::string run, field = "speed", step = "last", view, output, map;
   std::vector<double> range;
+  std::optional<double> time;  ///< [s] in place of `step`
   bool film = false;
   double rate = 12;  ///< pictures per second of a film
 };
@@ -34,6 +37,22 @@ struct PictureArguments {
 /// A film has all frames, unless one is asked for.
 FrameChoice choice_of(const PictureArguments& arguments) {
   return frame_choice(arguments.film && arguments.step == "last" ? "all" : arguments.step);
+}
+
+std::vector<FrameFile> frames_for(const PictureArguments& arguments) {
+  if (!arguments.time) return chosen_frames(arguments.run, choice_of(arguments));
+  const std::vector<FrameFile> all = chosen_frames(arguments.run, frame_choice("all"));
+  const auto distance = [&](const FrameFile& frame) {
+    return std::abs(read_frame_header(frame.file).time - *arguments.time);
+  };
+  std::size_t nearest = 0;
+  double least = distance(all.front());
+  for (std::size_t k = 1; k < all.size(); ++k)
+    if (const double own = distance(all[k]); own < least) {
+      least = own;
+      nearest = k;
+    }
+  return {all[nearest]};
 }
 
 std::optional<ColourScale> scale_in(const PictureArguments& arguments) {
@@ -57,7 +76,7 @@ std::string file_of(const auto& picture, const fs::path& file, double pixel_scal
 class Pictures {
  public:
   explicit Pictures(const PictureArguments& arguments)
-      : arguments_(arguments), frames_(chosen_frames(arguments.run, choice_of(arguments))) {
+      : arguments_(arguments), frames_(frames_for(arguments)) {
     const FrameHeader header = read_frame_header(frames_.back().file);
     columns_ = columns_of_picture(header, arguments.field);
     RunFacts facts = run_facts(arguments.run);
@@ -216,6 +235,11 @@ Action add_picture(CLI::App& command) {
       ->excludes("--field");  // and others, below
   command.add_option("--step", arguments->step, "Step number, last (default) or all")
       ->check(step_or({"all", "last"}));
+  command
+      .add_option("--time", arguments->time,
+                  "Time [s] in place of a step: that of the nearest frame")
+      ->check(CLI::NonNegativeNumber)
+      ->excludes("--step");
   command.add_option("--view", arguments->view,
                      "Of three dimensions: 3d (default), plan, or a section such as y=12.5");
   command
@@ -223,13 +247,14 @@ Action add_picture(CLI::App& command) {
                   "Ends of the colours (default: of the values, without a few outliers)")
       ->expected(2)
       ->type_name("LOW HIGH");
-  command.add_flag("--film", arguments->film, "Write a film of all frames (needs ffmpeg)");
+  command.add_flag("--film", arguments->film, "Write a film of all frames (needs ffmpeg)")
+      ->excludes("--time");
   command.add_option("--rate", arguments->rate, "Frames of a film per second")
       ->check(CLI::Range(0.1, 120.0))
       ->capture_default_str();
   command.add_option("--output,-o", arguments->output,
                      "File (.png, .svg, .mp4) or folder to write (default: RUN/pictures)");
-  for (const char* of_frames : {"--step", "--view", "--film", "--rate"})
+  for (const char* of_frames : {"--step", "--time", "--view", "--film", "--rate"})
     command.get_option("--map")->excludes(of_frames);
   return [arguments](const Words&) {
     refuse_several_ranks("picture");

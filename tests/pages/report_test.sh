@@ -102,6 +102,7 @@ for view in 3d plan y=1; do
   "$lahar" picture "$work/heap" --view "$view" -o "$work/$view.png" >/dev/null
   head -c 8 "$work/$view.png" | cmp -s - <(printf '\211PNG\r\n\032\n') || fail "no PNG of $view"
 done
+[[ "$("$lahar" picture "$work/heap" --time 0)" == *0000.png ]] || fail "a picture at a chosen time"
 "$lahar" picture "$work/slope/second" --field stress_yy --step all | grep -c "pictures/stress_yy_.*png" >/dev/null
 "$lahar" picture "$work/slope/second" --field stress_yy -o "$work/second.svg" >/dev/null
 grep -q "stress yy" "$work/second.svg" || fail "no label in an SVG"
