@@ -276,12 +276,15 @@ TEST_CASE("rigid bodies: a free one may touch others where it begins, and no mor
 }
 
 TEST_CASE("rigid bodies: what does not go together with them is refused") {
-  const auto with = [](const std::string& analysis) {
+  const auto with = [](const std::string& analysis,
+                       const std::string& motion = R"("velocity": [1, 0])") {
     return refusal_of([&] {
-      scenario_of({.bodies = "{" + round_body + R"(, "velocity": [1, 0]})", .analysis = analysis});
+      scenario_of({.bodies = "{" + round_body + ", " + motion + "}", .analysis = analysis});
     });
   };
-  CHECK(says(with(R"("mpm_scheme": "newmark", "dt": 0.1)"), "implicit steps"));
+  const std::string implicit = R"("mpm_scheme": "newmark", "dt": 0.1)";
+  CHECK(!says(with(implicit), "implicit steps"));
+  CHECK(says(with(implicit, R"("density": 1000)"), "implicit steps where forces move them"));
   CHECK(says(with(R"("plane": "stress", "dt": 1e-4)"), "plane stress"));
   CHECK(says(with(R"("mpm_scheme": "usl", "dt": 1e-4)"), "usl"));
 }
