@@ -16,7 +16,7 @@ void ScenarioBuilder<Dim>::build_b_bar() {
   Analysis& a = model_.analysis;
   const std::optional<bool> asked = written_b_bar();
   const JsonValue* by_type = with_particle_type("BBAR");
-  const bool locks = is_implicit(a) && a.plane != Plane::stress && !in_.cbgeo_defaults && mesh_ &&
+  const bool locks = is_implicit(a) && !deforms_across(a) && !in_.cbgeo_defaults && mesh_ &&
                      mesh_->element() == multilinear<Dim> && a.functions == ShapeFunctions::element;
   a.mean_volume = asked.value_or(by_type || locks);
   if (const JsonValue* key = analysis->find("b_bar"); a.mean_volume && (asked || by_type))

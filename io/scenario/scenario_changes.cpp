@@ -88,7 +88,8 @@ void ScenarioBuilder<Dim>::check_removal_times() {
     if (over <= 0) {
       const JsonValue* given_over = entry->find("over");
       const bool is_meant = given_over && !given_over->defaulted;
-      if (!is_meant && !is_implicit(analysis) && !model_.gravity.isZero(0.0))
+      if (!is_meant && !is_implicit(analysis) && !is_projection(analysis) &&
+          !model_.gravity.isZero(0.0))
         in_.warning(*entry,
                     "all of it is gone at once: what it lay on bounces, and loses horizontal "
                     "stress where it is soil without cohesion",
@@ -96,17 +97,23 @@ void ScenarioBuilder<Dim>::check_removal_times() {
                     "\"over\": 0 says that it is as sudden as that");
       continue;
     }
-    if (over >= end)
+    if (is_projection(analysis) && !analysis.two_phase)
+      in_.error(*entry->find("over"),
+                "in a projection of a liquid nothing goes little by little: cells that count as "
+                "filled keep their volume",
+                "leave 'over' out, or take an explicit scheme");
+    else if (over >= end)
       in_.error(
           *entry->find("over"),
           fmt::format("all is gone after {:.6g} s, but the stage ends at {:.6g} s", over, end),
           "let the stage be longer, so that what is left comes to rest, or 'over' shorter");
     else if (!analysis.step.adaptive && over < few_steps * analysis.step.dt)
-      in_.warning(*entry->find("over"),
-                  fmt::format("all goes within {:.2g} steps, nearly as suddenly as without 'over'",
-                              std::ceil(over / analysis.step.dt)),
-                  fmt::format("at least {} steps: \"over\": {:.3g}, or a shorter dt", few_steps,
-                              few_steps * analysis.step.dt));
+      in_.warning(
+          *entry->find("over"),
+          fmt::format("all goes within {:.2g} step(s), nearly as suddenly as without 'over'",
+                      std::ceil(over / analysis.step.dt)),
+          fmt::format("at least {} steps: \"over\": {:.3g}, or a shorter dt", few_steps,
+                      few_steps * analysis.step.dt));
   }
 }
 

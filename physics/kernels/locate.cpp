@@ -281,11 +281,11 @@ void let_go(Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& 
   for (Local p = bin.begin; p < bin.end; ++p) {
     const double before = share_left(*step.model, particles, p, step.time),
                  after = share_left(*step.model, particles, p, step.time + step.dt);
-    if (after == before) continue;
     if (after <= 0) {
       gone.push_back(p);
       continue;
     }
+    if (after == before) continue;
     for (const Column column : {Column::mass, Column::volume})
       particles.row(column)[p] *= after / before;
   }

@@ -245,7 +245,15 @@ template <int Dim>
 Placement<Dim> placement_after(const StepContext<Dim>& step, std::size_t k) {
   const RigidBody<Dim>& body = step.model->rigid_bodies[k];
   if (body.motion == RigidBody<Dim>::Motion::free) return step.placements[k];
-  return placement_at(body, step.model->functions, step.time + step.dt, step.dt);
+  auto at = placement_at(body, step.model->functions, step.time + step.dt, step.dt);
+  if (is_implicit(step.model->analysis) && body.function >= 0 && step.dt > 0) {
+    // Steps are long: its velocity is that by which it comes to this place.
+    const MathFunction& f = step.model->functions[static_cast<std::size_t>(body.function)];
+    const double mean = (f.integral(step.time + step.dt) - f.integral(step.time)) / step.dt;
+    at.velocity = mean * body.velocity;
+    at.spin = mean * body.spin;
+  }
+  return at;
 }
 
 template <int Dim>

@@ -112,20 +112,20 @@ inline double share_at_side(const Analysis& analysis, int axis, double r, double
 /// The area on which a traction acts on particle p [m^2; m per m of depth, of rings the whole one],
 /// where its centre is.
 /// It does not follow how the particle deforms, but for the radius of rings: a load stays the load
-/// that it was. That of CB-Geo MPM does, by the present volume over the initial size. Of a particle
-/// that a stage lets go it is the share that is left.
+/// that it was. That of CB-Geo MPM does, by the present volume over the initial size.
 template <int Dim>
 double loaded_area(const Particles<Dim>& particles, Local p, const ParticleTraction& one,
-                   const Analysis& analysis, double share) {
+                   const Analysis& analysis) {
   if (one.axis < 0) return particles.row(Column::volume)[p] / particles.row(Column::size)[p];
   std::array<double, static_cast<std::size_t>(Dim)> edges;
   for (int d = 0; d < Dim; ++d)
     edges[static_cast<std::size_t>(d)] = particles.row(Column::size, d)[p];
-  return share * area_across<Dim>(one.axis, depth_at(analysis, particles.row(Column::x)[p]), edges);
+  return area_across<Dim>(one.axis, depth_at(analysis, particles.row(Column::x)[p]), edges);
 }
 
 /// All tractions on particle p. Of several for a direction the last wins. They act at the side of
-/// the particle: forces at centres would be an error of stress in the rows beside a surface.
+/// the particle: forces at centres would be an error of stress in the rows beside a surface. Of a
+/// particle that a stage lets go they fall with its mass; its volume is then not its extent.
 template <int Dim>
 SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
                               const StepContext<Dim>& step, bool on_liquid = false) {
@@ -138,10 +138,16 @@ SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
     const ParticleTraction& one = tractions[k];
     if (!(bits >> k & 1) || one.on_liquid != on_liquid) continue;
     const Analysis& analysis = step.model->analysis;
-    const double share = share_left(*step.model, particles, p, step.time),
-                 area = loaded_area(particles, p, one, analysis, share);
-    const double offset = 0.5 * one.side * particles.row(Column::volume)[p] / area;
-    all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) * area *
+    const double begun = is_implicit(analysis) ? step.time - step.dt : step.time,
+                 has = share_left(*step.model, particles, p, begun);  // the columns have it
+    const double left = share_left(*step.model, particles, p, step.time);
+    if (left <= 0 || !(has > 0)) continue;
+    const double share = one.axis < 0 ? left / has : left,
+                 area = loaded_area(particles, p, one, analysis);
+    const double offset =
+        0.5 * one.side * particles.row(Column::volume)[p] / (one.axis < 0 ? area : has * area);
+    all.force[one.dir] = share * one.traction * load_factor(*step.model, one.function, step.time) *
+                         area *
                          share_at_side(analysis, one.axis, particles.row(Column::x)[p], offset);
     all.offset[one.dir] = offset;
   }

@@ -42,8 +42,9 @@ double gone_at(const Model<Dim>& model, const Particles<Dim>& particles, Local p
 template <int Dim>
 double share_left(const Model<Dim>& model, const Particles<Dim>& particles, Local p, double t) {
   if (!model.changes.takes_time()) return 1.0;
+  constexpr double rounding = 1e-9;  // of sums of steps
   const double share = 1.0 - t / gone_at(model, particles, p);
-  return share < 0 ? 0.0 : share;
+  return share < rounding ? 0.0 : share;
 }
 
 }  // namespace lahar

@@ -135,7 +135,7 @@ class Changer {
           count(k, total_mass(patch.particles, p, model_.materials[bin.material]));
           if (!model_.changes.removed[k].takes_time()) continue;
         }
-        for (std::size_t change = removals; change < groups_.size(); ++change)
+        for (std::size_t change = removals; change < groups_.size() && !goes; ++change)
           if (groups >> change & 1) last = change;
         kept.append(patch.particles, p);
         const Local to = kept.size() - 1;

@@ -45,6 +45,11 @@ void freeze_loads(Model<Dim>& model, double end) {
     function.f = {value};
   }
   for (auto& one : entries_of<NodeVelocity>(model)) one.velocity = 0;
+  for (auto& body : model.rigid_bodies)
+    if (body.motion == RigidBody<Dim>::Motion::prescribed) {
+      body.velocity.setZero();
+      body.spin.setZero();
+    }
 }
 
 /// Explicit steps in place of quasi-static ones. They hold nodes by velocities.

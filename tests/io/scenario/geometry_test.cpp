@@ -112,7 +112,7 @@ TEST_CASE("a stage that removes ground at once is warned of, and has to outlast 
     CHECK(stage(R"(, "over": 2)", steps).find("all is gone after 2 s, but the stage ends at 2 s") !=
           std::string::npos);
   CHECK(stage(R"(, "over": 0.004)", fixed)
-            .find("all goes within 4 steps, nearly as suddenly as without 'over'") !=
+            .find("all goes within 4 step(s), nearly as suddenly as without 'over'") !=
         std::string::npos);
 }
 

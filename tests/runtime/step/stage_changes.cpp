@@ -322,14 +322,18 @@ TEST_CASE(
   constexpr double before = 9500, after = 4500;
   const Lightening at_once = lighten({.steps = explicit_steps, .look = 15}),
                    slowly = lighten({.steps = explicit_steps, .look = 15, .over = "0.2"}),
-                   by_solves = lighten({.steps = quasi_static_steps, .look = 1, .over = "1"});
+                   by_solves = lighten({.steps = quasi_static_steps, .look = 1, .over = "1"}),
+                   rounded = lighten({.steps = R"({"dt": 0.02, "nsteps": 20})",
+                                      .look = 1,
+                                      .over = "0.2"});  // ten steps are 0.2 but for rounding
   // What is suddenly gone is missed twice.
   CHECK(at_once.least < after - 0.8 * (before - after));
   CHECK(slowly.least == within(0.01, after));
   CHECK(slowly.end == within(0.005, after));
   CHECK(by_solves.least == within(1e-4, after));
   CHECK(by_solves.end == within(1e-4, after));
-  for (const auto& [way, over] : {std::pair(slowly, 0.2), std::pair(by_solves, 1.0)}) {
+  for (const auto& [way, over] :
+       {std::pair(slowly, 0.2), std::pair(by_solves, 1.0), std::pair(rounded, 0.2)}) {
     CHECK(way.particles == 20);
     for (const auto& [time, mass] : way.mass)
       CHECK(mass == within(1e-9, 50 * (1 + std::max(0.0, 1 - time / over))));
