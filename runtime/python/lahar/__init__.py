@@ -15,6 +15,9 @@
 
     study = lahar.study("study", case, {"materials.0.friction": [20, 25, 30]}, workers=2)
     study.table(runout=lambda run: run.frames[-1]["coordinates"][:, 0].max())
+
+    slope = lahar.Scenario.read("slope-safety.json")
+    slope.safety("results/slope").factor     # as `lahar safety`: by strength reduction
 """
 from ._engine import commit as __commit__
 from ._engine import version as __version__

@@ -51,4 +51,9 @@ def run(
     on_step: Optional[Callable[[int, float, float], Any]],
     warnings: list[str],
 ) -> int: ...
-def safety(scenario: ScenarioText, options: dict[str, Any], warnings: list[str]) -> int: ...
+def safety(
+    scenario: ScenarioText,
+    options: dict[str, Any],
+    on_step: Optional[Callable[[int, float, float], Any]],
+    warnings: list[str],
+) -> int: ...
