@@ -25,10 +25,11 @@ from .errors import FileError, InvalidInput, LaharError, LaharWarning, Problem, 
 from .frame import Frame
 from .results import Map, Run, Safety
 from .scenario import Check, Scenario, reference, schema
-from .simulation import Simulation
+from .simulation import Body, Simulation
 from .studies import Study, study
 
 __all__ = [
-    "Check", "FileError", "Frame", "InvalidInput", "LaharError", "LaharWarning", "Map", "Problem", "Run", "Safety",
-    "Scenario", "Simulation", "SimulationFailed", "Study", "__commit__", "__version__", "reference", "schema", "study",
+    "Body", "Check", "FileError", "Frame", "InvalidInput", "LaharError", "LaharWarning", "Map", "Problem", "Run",
+    "Safety", "Scenario", "Simulation", "SimulationFailed", "Study", "__commit__", "__version__", "reference", "schema",
+    "study",
 ]
