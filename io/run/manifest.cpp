@@ -23,28 +23,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr int manifest_format = 1;
 
-std::string now() {
-  const auto seconds = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds));
-}
-
 std::string host_name() {
   char name[256] = "";
   return gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
-}
-
-const char* status_name(RunStatus status) {
-  switch (status) {
-    case RunStatus::running:
-      return "running";
-    case RunStatus::finished:
-      return "finished";
-    case RunStatus::failed:
-      return "failed";
-    case RunStatus::stopped:
-      return "stopped";
-  }
-  return "unknown";
 }
 
 Json hashes(const std::vector<std::filesystem::path>& files) {
@@ -110,6 +91,25 @@ std::string dump(const Json& json) {
 
 }  // namespace
 
+const char* name_of(RunStatus status) {
+  switch (status) {
+    case RunStatus::running:
+      return "running";
+    case RunStatus::finished:
+      return "finished";
+    case RunStatus::failed:
+      return "failed";
+    case RunStatus::stopped:
+      return "stopped";
+  }
+  return "unknown";
+}
+
+std::string utc_now() {
+  const auto seconds = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds));
+}
+
 Manifest::Manifest(const RunInfo& info) {
   const Json model = {{"dim", info.dim},
                       {"scheme", info.scheme},
@@ -136,7 +136,7 @@ Manifest::Manifest(const RunInfo& info) {
       {"model", model},
       {"inputs", hashes(info.inputs)},
       {"history", history_json()},
-      {"started", now()},
+      {"started", utc_now()},
   };
   if (info.stage > 0) json["stage"] = info.stage;
   if (!info.map_reference.empty() || info.map_origin != std::array<double, 2>{})
@@ -178,10 +178,10 @@ Manifest::Manifest(const RunInfo& info, const std::string& earlier, const RunRes
 
 std::string Manifest::with_end(const RunEnd* end) const {
   Json json = Json::parse(start_);
-  json["status"] = status_name(end ? end->status : RunStatus::running);
+  json["status"] = name_of(end ? end->status : RunStatus::running);
   if (end) {
     json["message"] = end->message;
-    json["ended"] = now();
+    json["ended"] = utc_now();
     json["wall_seconds"] = end->wall_seconds;
     json["steps"] = end->steps;
     json["time"] = end->time;

@@ -49,6 +49,10 @@ struct RunRestart {
 };
 
 enum class RunStatus { running, finished, failed, stopped };
+const char* name_of(RunStatus status);
+
+/// The present time as files have it: 2026-01-31T08:15:00Z.
+std::string utc_now();
 
 /// Known when it ends.
 struct RunEnd {

@@ -57,9 +57,7 @@ std::vector<double> Table::values(std::string_view name) const {
   return column ? column->values : std::vector<double>(rows());
 }
 
-namespace {
-
-Table table_in(std::string_view rest) {
+Table table_of_text(std::string_view rest) {
   Table table;
   for (std::size_t end; (end = rest.find('\n')) != rest.npos; rest.remove_prefix(end + 1)) {
     std::string_view line = rest.substr(0, end);
@@ -84,10 +82,8 @@ Table table_in(std::string_view rest) {
   return table;
 }
 
-}  // namespace
-
 Table read_table(const std::filesystem::path& file) {
-  return table_in(read_text_file(file));
+  return table_of_text(read_text_file(file));
 }
 
 Table read_last_row(const std::filesystem::path& file) {
@@ -98,7 +94,7 @@ Table read_last_row(const std::filesystem::path& file) {
     const std::size_t before = text.rfind('\n', text.size() - 2);
     text.erase(head, before + 1 - head);
   }
-  return table_in(text);
+  return table_of_text(text);
 }
 
 }  // namespace lahar

@@ -25,6 +25,7 @@ struct Table {
 /// Comma-separated values below a line of names, perhaps as `name [unit]`. A last line that is not
 /// complete, as of a run that goes on, is left out. Throws IoError.
 Table read_table(const std::filesystem::path& file);
+Table table_of_text(std::string_view text);
 
 /// The head of such a table and its last row, without the work of reading all rows.
 Table read_last_row(const std::filesystem::path& file);

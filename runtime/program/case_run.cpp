@@ -49,16 +49,6 @@ void add_model(RunInfo& info, const ModelOutline& model, const SimulationInfo& s
   info.dt_limit = sizes.dt_limit;
 }
 
-/// What the checkpoints of a run say of it.
-CheckpointHeader checkpoint_header(const Scenario& scenario) {
-  return {.version = LAHAR_VERSION,
-          .commit = LAHAR_COMMIT,
-          .compiler = compiler_line(),
-          .run = {},
-          .scenario = scenario.full,
-          .side_files = hashes_of(scenario.side_files)};
-}
-
 /// The model's, which options of the command line change.
 ModelOutline outline_with_options(AnyModel& any, const RunArguments& arguments) {
   std::visit(
@@ -73,6 +63,15 @@ ModelOutline outline_with_options(AnyModel& any, const RunArguments& arguments) 
 }
 
 }  // namespace
+
+CheckpointHeader checkpoint_header(const Scenario& scenario) {
+  return {.version = LAHAR_VERSION,
+          .commit = LAHAR_COMMIT,
+          .compiler = compiler_line(),
+          .run = {},
+          .scenario = scenario.full,
+          .side_files = hashes_of(scenario.side_files)};
+}
 
 CaseRun::CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console,
                  CaseStage stage)

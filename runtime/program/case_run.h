@@ -33,6 +33,9 @@ struct CaseStage {
   std::function<void()> before_folder = {};       ///< on the rank that makes it; may be empty
 };
 
+/// What the checkpoints of a run say of the program and of the scenario.
+CheckpointHeader checkpoint_header(const Scenario& scenario);
+
 class CaseRun {
  public:
   CaseRun(const RunArguments& arguments, Scenario& scenario, Console& console,

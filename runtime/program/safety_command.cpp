@@ -26,7 +26,7 @@ Scenario read(const RunArguments& arguments, const Team& team, std::size_t stage
 
 int safety_command(const SafetyOptions& given) {
   RunArguments arguments = given.run;
-  end_before_steps(arguments, false);
+  end_before_steps(arguments, !arguments.restart.empty());
   check_alike(arguments);
   arguments.execution.memory = limit_of_ranks(arguments);
   const RankTeam team(arguments.execution.ranks);
@@ -48,6 +48,12 @@ Action add_safety(CLI::App& command) {
                      "Folder of the results (default: that of the run, with -safety)");
   command.add_flag("--overwrite", run.overwrite, "Replace earlier results in this folder");
   command
+      .add_option("--restart", run.restart,
+                  "Continue the search in its folder: with the trials that it has")
+      ->check(CLI::IsMember({"latest"}))
+      ->type_name("latest")
+      ->excludes("--overwrite");
+  command
       .add_option("--tolerance", options->bounds.tolerance,
                   "Width of the bracket of the factor, as a share of it")
       ->check(CLI::Range(1e-6, 0.5))
@@ -58,7 +64,6 @@ Action add_safety(CLI::App& command) {
   command.add_flag("--quiet,-q", run.quiet, "Print only warnings and errors");
   return [options](const Words& words) {
     options->run.command = words;
-    options->run.can_restart = false;
     options->run.execution.ranks = Communicator::world();
     return safety_command(*options);
   };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -142,7 +143,8 @@ class FreeBodies {
 /// in twice the time, or further. One that consolidates moves with the root of time. One that rests
 /// may have single particles that tremble; nodes do not feel them.
 void follow(Simulation& simulation, const FailureBounds& bounds, const FreeBodies& bodies,
-            bool has_pores, const Communicator& ranks, SafetyTrial& trial) {
+            bool has_pores, const Communicator& ranks, const std::function<bool()>& stopped,
+            SafetyTrial& trial) {
   using End = SafetyTrial::End;
   const double ever_less = has_pores ? 1.5 : 1.25;  // times as far in twice the time
   // Who moves further than this without water to wait for has failed, though cells that lock hold
@@ -159,7 +161,7 @@ void follow(Simulation& simulation, const FailureBounds& bounds, const FreeBodie
   std::optional<End> end;
   while (!end) {
     simulation.advance(rest_steps);
-    if (ranks.any(stop_signal() != 0)) throw SafetyStopped{};
+    if (ranks.any(stopped())) throw SafetyStopped{};
     trial.steps = simulation.step();
     trial.displacement = largest_displacement(simulation.frame_source(), ranks);
     if (bodies.any())
@@ -171,22 +173,6 @@ void follow(Simulation& simulation, const FailureBounds& bounds, const FreeBodie
 }
 
 }  // namespace
-
-const char* name_of(SafetyTrial::End end) {
-  switch (end) {
-    case SafetyTrial::End::rest:
-      return "equilibrium";
-    case SafetyTrial::End::settles:
-      return "settles";
-    case SafetyTrial::End::moved:
-      return "moved";
-    case SafetyTrial::End::restless:
-      return "restless";
-    case SafetyTrial::End::broke:
-      return "broke";
-  }
-  return "";
-}
 
 bool check_safety(const Scenario& scenario, const Communicator& ranks) {
   const ModelOutline model = outline_of(scenario.model);
@@ -241,27 +227,22 @@ std::string describe_strength(const AnyModel& any, const StrengthOfModel& has) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
-const SafetyTrial* SafetyResult::failure() const {
-  for (const SafetyTrial& trial : trials)
-    if (fails && trial.factor == *fails) return &trial;
-  return nullptr;
+SafetyResult find_factor(const SafetyBounds& bounds,
+                         const std::function<SafetyTrial(double)>& trial, SafetyResult known) {
+  SafetyResult result = std::move(known);
+  while (!result.fails && result.stable < bounds.most)
+    result.add(trial(std::min(bounds.most, 2 * result.stable)));
+  while (result.fails && *result.fails - result.stable > bounds.tolerance * result.stable)
+    result.add(trial(0.5 * (result.stable + *result.fails)));
+  return result;
 }
 
-SafetyResult find_factor(const SafetyBounds& bounds,
-                         const std::function<SafetyTrial(double)>& trial) {
-  SafetyResult result;
-  const auto attempt = [&](double factor) {
-    const SafetyTrial& made = result.trials.emplace_back(trial(factor));
-    if (made.stable())
-      result.stable = factor;
-    else
-      result.fails = factor;
-  };
-  while (!result.fails && result.stable < bounds.most)
-    attempt(std::min(bounds.most, 2 * result.stable));
-  while (result.fails && *result.fails - result.stable > bounds.tolerance * result.stable)
-    attempt(0.5 * (result.stable + *result.fails));
-  return result;
+double trials_left(const SafetyBounds& bounds, const SafetyResult& known) {
+  if (!known.fails && known.stable >= bounds.most) return 0;
+  const double fails = known.fails.value_or(2 * known.stable);
+  const double halvings =
+      std::ceil(std::log2((fails - known.stable) / (bounds.tolerance * known.stable)));
+  return (known.fails ? 0 : 1) + std::max(0.0, halvings);
 }
 
 SafetyTrials::SafetyTrials(const RunArguments& arguments, Read read,
@@ -292,7 +273,9 @@ SafetyTrial SafetyTrials::operator()(double factor) const {
 
 SafetyTrial SafetyTrials::made(double factor) const {
   const Communicator& ranks = arguments_.execution.ranks;
-  end_at_signals(ranks.rank() == 0 ? "between trials; safety.csv has those that ended." : "",
+  end_at_signals(ranks.rank() == 0
+                     ? "between trials. To continue: the same command with --restart latest."
+                     : "",
                  exit_stopped);
   Scenario scenario = scenario_of(factor);
   std::visit([](auto& model) { show_all(model.output); }, scenario.model);
@@ -301,20 +284,26 @@ SafetyTrial SafetyTrials::made(double factor) const {
   const std::vector<double> gravity = gravity_of(scenario.model);
   FreeBodies bodies(scenario.model);
   ask_at_signals();
-  RankWatch watch(ranks, [] { return stop_signal() != 0; });
+  std::atomic<bool> unwanted = false;  // says RunArguments::on_step
+  double longest = 0;                  // [s] FailureBounds::time, before there are steps
+  const auto stopped = [&unwanted] { return unwanted || stop_signal() != 0; };
+  RankWatch watch(ranks, stopped);
   Observer observer;
-  observer.progress = [&watch](Index step, double) {
+  observer.progress = [&](Index step, double time) {
     watch.steps_done(step);
-    return stop_signal() == 0;
+    if (arguments_.on_step && !arguments_.on_step(step, time, std::min(1.0, time / longest)))
+      unwanted = true;
+    return !stopped();
   };
   Simulation simulation =
       make_simulation(scenario, arguments_.execution, std::move(observer), &state);
   const FailureBounds bounds =
       failure_bounds(simulation.frame_source(), model.materials, gravity, ranks);
+  longest = bounds.time;
   SafetyTrial trial{.factor = factor};
   try {
     bodies.begin(simulation.history().bodies);
-    follow(simulation, bounds, bodies, model.analysis.two_phase, ranks, trial);
+    follow(simulation, bounds, bodies, model.analysis.two_phase, ranks, stopped, trial);
   } catch (const SimulationError& error) {
     trial.end = SafetyTrial::End::broke;
     trial.problem = error.what();
@@ -323,7 +312,7 @@ SafetyTrial SafetyTrials::made(double factor) const {
   return trial;
 }
 
-void SafetyTrials::write_run(const SafetyTrial& trial, const std::filesystem::path& folder) const {
+int SafetyTrials::write_run(const SafetyTrial& trial, const std::filesystem::path& folder) const {
   Scenario scenario = scenario_of(trial.factor);
   std::visit(
       [&](auto& model) {
@@ -332,6 +321,7 @@ void SafetyTrials::write_run(const SafetyTrial& trial, const std::filesystem::pa
       },
       scenario.model);
   RunArguments arguments = arguments_;
+  arguments.restart.clear();
   arguments.output = folder.string();
   arguments.overwrite = true;
   arguments.quiet = true;
@@ -339,7 +329,7 @@ void SafetyTrials::write_run(const SafetyTrial& trial, const std::filesystem::pa
   Console console(Console::Voice::silent);
   CaseStage stage;
   stage.before = std::make_unique<CheckpointReader>(equilibrium_->file());
-  CaseRun(arguments, scenario, console, std::move(stage)).execute();
+  return CaseRun(arguments, scenario, console, std::move(stage)).execute();
 }
 
 }  // namespace lahar

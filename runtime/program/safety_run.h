@@ -12,54 +12,25 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "io/run/checkpoint.h"
+#include "io/run/safety_record.h"
 #include "physics/model/model_strength.h"
 #include "runtime/program/failure_bounds.h"
 #include "runtime/program/run_arguments.h"
 
 namespace lahar {
 
-/// What bounds the search.
-struct SafetyBounds {
-  double most = 16;         ///< a factor beyond which nobody asks
-  double tolerance = 0.01;  ///< of the bracket, as a share of the factor
-};
-
-/// A factor by which strength was divided, and what came of it.
-struct SafetyTrial {
-  enum class End {
-    rest,      ///< the body has an equilibrium
-    settles,   ///< still moves after FailureBounds::time, but as bodies do that settle
-    moved,     ///< beyond FailureBounds::displacement
-    restless,  ///< still moves after FailureBounds::time
-    broke      ///< a step could not be taken
-  };
-  double factor;
-  End end = End::rest;
-  Index steps = 0;
-  double displacement = 0;   ///< [m] largest of a particle, from full strength on
-  std::string problem = {};  ///< why a step could not be taken
-  bool stable() const { return end == End::rest || end == End::settles; }
-};
-const char* name_of(SafetyTrial::End end);
-
-struct SafetyResult {
-  double stable = 1;            ///< largest factor with an equilibrium
-  std::optional<double> fails;  ///< least without one; nothing: none up to SafetyBounds::most
-  std::vector<SafetyTrial> trials;
-  /// The middle of the bracket.
-  double factor() const { return fails ? 0.5 * (stable + *fails) : stable; }
-  /// That of the least factor that fails; null where there is none.
-  const SafetyTrial* failure() const;
-};
-
-/// Doubles the factor until a trial fails, then halves the bracket.
+/// Doubles the factor until a trial fails, then halves the bracket. Goes on from `known` trials, as
+/// if it had made them.
 SafetyResult find_factor(const SafetyBounds& bounds,
-                         const std::function<SafetyTrial(double factor)>& trial);
+                         const std::function<SafetyTrial(double factor)>& trial,
+                         SafetyResult known = {});
 
-/// A signal has ended the search.
+/// About how many trials are still to be made.
+double trials_left(const SafetyBounds& bounds, const SafetyResult& known);
+
+/// A signal, or RunArguments::on_step, has ended the search.
 struct SafetyStopped {};
 
 /// The trials of a scenario, each of which begins with the state at the end of its own run. All
@@ -73,7 +44,8 @@ class SafetyTrials {
   /// Throws SafetyStopped.
   SafetyTrial operator()(double factor) const;
   /// A trial again, as a run with a folder of its own, whose frame shows the body at its end.
-  void write_run(const SafetyTrial& trial, const std::filesystem::path& folder) const;
+  /// Returns the exit status.
+  int write_run(const SafetyTrial& trial, const std::filesystem::path& folder) const;
 
  private:
   Scenario scenario_of(double factor) const;
@@ -81,7 +53,7 @@ class SafetyTrials {
   /// Whether a body that does not come to rest moves hardly more than with full strength.
   bool moves_as_whole(const SafetyTrial& trial) const;
 
-  const RunArguments& arguments_;
+  const RunArguments& arguments_;  ///< on_step: share is that of the time that a trial has at most
   Read read_;
   std::unique_ptr<CheckpointReader> equilibrium_;
   mutable std::optional<SafetyTrial> whole_;  ///< with full strength, when it was needed

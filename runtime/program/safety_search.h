@@ -1,5 +1,5 @@
-/// \file The search for a factor of safety, with its folder: the run with full strength in
-/// equilibrium/, trials in safety.csv, and the mechanism by which the body fails in mechanism/.
+/// \file A search for a factor of safety from its first line to its last: the run with full
+/// strength, the trials, the mechanism, and the folder with all of them (io/run/safety_record.h).
 #pragma once
 
 #include "runtime/program/safety_run.h"
@@ -8,8 +8,9 @@
 
 namespace lahar {
 
-/// Returns the exit status. Throws InputError where the scenario is not one whose factor can be
-/// looked for, or the folder holds results and is not to be overwritten. Collective.
+/// `arguments` are those of a run: `restart` goes on with the search in the folder. Returns the
+/// exit status. Throws InputError where the scenario is not one whose factor can be looked for, or
+/// the folder holds results and is not to be overwritten. Collective.
 int find_safety(const RunArguments& arguments, const SafetyBounds& bounds,
                 const StagesRun::Read& read, Console& console);
 

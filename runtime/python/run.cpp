@@ -100,12 +100,12 @@ int run(const ScenarioText& scenario, const py::dict& options, const py::object&
 }
 
 /// As `lahar safety`: writes its folder.
-int safety(const ScenarioText& scenario, const py::dict& options, py::list warnings) {
+int safety(const ScenarioText& scenario, const py::dict& options, const py::object& on_step,
+           py::list warnings) {
   const SafetyBounds bounds{.most = options["most"].cast<double>(),
                             .tolerance = options["tolerance"].cast<double>()};
-  return with_engine(scenario, options, py::none(), std::move(warnings),
-                     [&](RunArguments& arguments, const auto& read, Console& console) {
-                       arguments.can_restart = false;
+  return with_engine(scenario, options, on_step, std::move(warnings),
+                     [&](const RunArguments& arguments, const auto& read, Console& console) {
                        return find_safety(arguments, bounds, read, console);
                      });
 }
@@ -115,7 +115,8 @@ int safety(const ScenarioText& scenario, const py::dict& options, py::list warni
 void bind_run(py::module_& module) {
   module.def("run", &run, py::arg("scenario"), py::arg("options"), py::arg("on_step"),
              py::arg("warnings"));
-  module.def("safety", &safety, py::arg("scenario"), py::arg("options"), py::arg("warnings"));
+  module.def("safety", &safety, py::arg("scenario"), py::arg("options"), py::arg("on_step"),
+             py::arg("warnings"));
 }
 
 }  // namespace lahar::python

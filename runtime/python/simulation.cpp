@@ -3,55 +3,72 @@
 #include <pybind11/stl.h>
 
 #include <atomic>
+#include <functional>
+#include <set>
 #include <string_view>
 
+#include "io/scenario/stages.h"
 #include "runtime/program/run_description.h"
 #include "runtime/python/bindings.h"
+#include "runtime/step/restart.h"
 
 namespace lahar::python {
 
 namespace {
 
-/// A simulation that Python steps. Arrays of Python show its memory: they keep it alive, and it
-/// takes no step while there are any.
+/// A simulation that Python steps, stage by stage where the scenario has stages. Arrays of Python
+/// show its memory: they keep it alive, and it takes no step while there are any.
 class SteppedSimulation {
  public:
-  SteppedSimulation(const ScenarioText& text, int threads)
-      : simulation_(make(text, threads)), views_(std::make_shared<char>()) {}
+  SteppedSimulation(ScenarioText text, int threads)
+      : text_(std::move(text)), views_(std::make_shared<char>()) {
+    const py::gil_scoped_release release;
+    execution_.threads = threads;
+    execution_.memory = memory_limit(0, 1);
+    Scenario first = text_.read(0, execution_.memory);
+    stages_ = first.stages;
+    say(first.warnings);
+    full_.push_back(first.full);
+    check_later_stages(first);
+    begin(first, nullptr);
+  }
 
   void advance(Index steps) {
-    if (views_.use_count() > 1)
-      throw py::buffer_error(
-          "arrays still show the particles where they lie in memory (patches()): a step would move "
-          "them. Delete these arrays, or keep copies of them (numpy.array)");
-    if (!failure_.empty()) throw SimulationError(failure_);
-    const Use use(busy_);
-    std::exception_ptr thrown;
-    EngineCall call;
-    try {
-      ++age_;
-      simulation_.advance(steps);
-    } catch (const SimulationError& error) {
-      failure_ = error.what();
-      thrown = std::current_exception();
-    } catch (...) {
-      thrown = std::current_exception();
-    }
-    call.finish();
-    if (thrown) std::rethrow_exception(thrown);
+    work([&] { simulation_->advance(steps); });
+  }
+
+  /// The next stage, from the state at the end of this one.
+  void begin_next_stage() {
+    work([&] {
+      Scenario next = text_.read(stage_ + 1, execution_.memory);
+      const SimulationState state =
+          state_at_start(simulation_->state(), goes_on_alike(full_[stage_], full_[stage_ + 1]));
+      begin(next, &state);
+      ++stage_;
+    });
   }
 
   /// Particles by ascending id; other threads of Python go on meanwhile.
   Frame frame() {
     const Use use(busy_);
     const py::gil_scoped_release release;
-    return simulation_.frame();
+    return simulation_->frame();
   }
 
   /// The simulation, of which nobody takes steps now; while the interpreter's lock is held.
   Simulation& at_rest() {
     const Use use(busy_);
-    return simulation_;
+    return *simulation_;
+  }
+  const std::vector<std::string>& stages() const { return stages_; }
+  std::size_t stage() {
+    const Use use(busy_);
+    return stage_;
+  }
+  /// What gauges have measured in the present stage, as a run of it writes it.
+  std::vector<GaugeRows> gauge_rows() {
+    const Use use(busy_);
+    return gauges_;
   }
   Index age() const { return age_; }
   std::shared_ptr<char> view() const { return views_; }
@@ -73,35 +90,90 @@ class SteppedSimulation {
     std::atomic<bool>& busy_;
   };
 
-  Simulation make(const ScenarioText& text, int threads) {
-    const py::gil_scoped_release release;
-    ExecutionOptions execution;
-    execution.threads = threads;
-    execution.memory = memory_limit(0, 1);
-    Scenario scenario = text.read(0, execution.memory);
-    if (!scenario.stages.empty())
-      throw InputError({Problem{.file = text.name,
-                                .where = "/stages",
-                                .message = "a simulation in the process has no stages",
-                                .hint = "use Scenario.run(), or leave out `stages`"}});
-    for (const Problem& problem : scenario.warnings) warnings_.add(problem.message);
+  /// Do something with the engine, while other threads of Python go on.
+  void work(const std::function<void()>& act) {
+    if (views_.use_count() > 1)
+      throw py::buffer_error(
+          "arrays still show the particles where they lie in memory (patches()): a step would move "
+          "them. Delete these arrays, or keep copies of them (numpy.array)");
+    if (!failure_.empty()) throw SimulationError(failure_);
+    const Use use(busy_);
+    std::exception_ptr thrown;
+    EngineCall call;
+    try {
+      ++age_;
+      act();
+      measure_end();
+    } catch (const SimulationError& error) {
+      failure_ = error.what();
+      thrown = std::current_exception();
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+    call.finish();
+    if (thrown) std::rethrow_exception(thrown);
+  }
+
+  void say(const std::vector<Problem>& warnings) {
+    for (const Problem& problem : warnings)
+      if (said_.insert(problem.message).second) warnings_.add(problem.message);
+  }
+
+  /// Mistakes of all stages are found before any begins. Throws InputError.
+  void check_later_stages(const Scenario& first) {
+    if (stages_.empty()) return;
+    StageBody before = body_of(first);
+    for (std::size_t k = 1; k < stages_.size(); ++k) {
+      const Scenario stage = text_.read(k, execution_.memory);
+      check_body(before, stage);
+      say(stage.warnings);
+      say(changes_of_method(std::exchange(before, body_of(stage)), stage));
+      full_.push_back(stage.full);
+    }
+  }
+
+  /// The stage takes the place of the one before.
+  void begin(Scenario& scenario, const SimulationState* state) {
+    std::vector<std::int32_t> ids;
+    bool measures = false;
     std::visit(
         [&](const auto& model) {
           for (const Material& material : model.materials)
-            material_ids_.push_back(static_cast<std::int32_t>(material.id));
+            ids.push_back(static_cast<std::int32_t>(material.id));
+          measures = model.output.measured.any();
         },
         scenario.model);
     Observer observer;
     observer.progress = [](Index, double) { return stop_signal() == 0; };
     observer.warning = [this](const std::string& warning) { warnings_.add(warning); };
-    return make_simulation(scenario, execution, std::move(observer));
+    observer.gauges = [this](const GaugeRows& rows) { gauges_.push_back(rows); };
+    auto next = std::make_unique<Simulation>(
+        make_simulation(scenario, execution_, std::move(observer), state));
+    simulation_ = std::move(next);
+    material_ids_ = std::move(ids);
+    measures_ = measures;
+    gauges_.clear();
+    if (measures_) gauges_.push_back(simulation_->gauges());
   }
 
+  /// The end of a run has rows of gauges.
+  void measure_end() {
+    if (measures_ && simulation_->finished() && gauges_.back().step != simulation_->step())
+      gauges_.push_back(simulation_->gauges());
+  }
+
+  ScenarioText text_;
+  ExecutionOptions execution_;
   TextList warnings_;
+  std::set<std::string> said_;              ///< warnings of the scenario
+  std::vector<std::string> stages_, full_;  ///< names, and Scenario::full; no names without stages
+  std::size_t stage_ = 0;
   std::vector<std::int32_t> material_ids_;
-  Simulation simulation_;
+  bool measures_ = false;  ///< gauges of the present stage
+  std::vector<GaugeRows> gauges_;
+  std::unique_ptr<Simulation> simulation_;
   std::shared_ptr<char> views_;  ///< shared by each array
-  Index age_ = 0;                ///< calls of advance()
+  Index age_ = 0;                ///< calls of advance() and begin_next_stage()
   std::atomic<bool> busy_ = false;
   std::string failure_;  ///< message of the step that could not be taken
 };
@@ -188,6 +260,31 @@ py::list patches(const Shared& simulation) {
   return all;
 }
 
+/// {gauge: (names and units of columns, rows by columns)}; the first two are step and time.
+py::dict gauges(SteppedSimulation& simulation) {
+  const std::vector<GaugeRows> rows = simulation.gauge_rows();
+  const std::vector<GaugeTable> tables = simulation.at_rest().gauge_tables();
+  py::dict all;
+  for (std::size_t k = 0; k < tables.size(); ++k) {
+    std::vector<std::pair<std::string, std::string>> columns{{"step", "-"}, {"time", "s"}};
+    for (const GaugeColumn& column : tables[k].columns)
+      columns.emplace_back(column.name, column.unit);
+    const std::size_t width = tables[k].columns.size();
+    std::vector<double> values;
+    for (const GaugeRows& at : rows)
+      for (std::size_t first = 0; first + width <= at.values[k].size(); first += width) {
+        values.insert(values.end(), {static_cast<double>(at.step), at.time});
+        const auto from = at.values[k].begin() + static_cast<std::ptrdiff_t>(first);
+        values.insert(values.end(), from, from + static_cast<std::ptrdiff_t>(width));
+      }
+    const auto count = static_cast<py::ssize_t>(values.size() / columns.size());
+    const py::array_t<double> table({count, static_cast<py::ssize_t>(columns.size())},
+                                    values.data());
+    all[py::str(tables[k].name)] = py::make_tuple(columns, table);
+  }
+  return all;
+}
+
 py::dict info(SteppedSimulation& simulation) {
   const SimulationInfo now = simulation.at_rest().info();
   py::dict all;
@@ -219,6 +316,10 @@ void bind_simulation(py::module_& module) {
   py::class_<SteppedSimulation, Shared>(module, "Simulation")
       .def(py::init<const ScenarioText&, int>(), py::arg("scenario"), py::arg("threads"))
       .def("advance", &SteppedSimulation::advance, py::arg("steps"))
+      .def("begin_next_stage", &SteppedSimulation::begin_next_stage)
+      .def_property_readonly("stages", &SteppedSimulation::stages)
+      .def_property_readonly("stage", &SteppedSimulation::stage)
+      .def("gauges", &gauges)
       .def("take_warnings", &SteppedSimulation::take_warnings)
       .def("patches", &patches)
       .def("info", &info)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "io/frames/vtkhdf.h"
@@ -14,6 +15,7 @@
 #include "runtime/report/map_picture.h"
 #include "runtime/report/report_text.h"
 #include "runtime/report/run_charts.h"
+#include "runtime/report/safety_text.h"
 #include "runtime/terminal/html_page.h"
 #include "runtime/terminal/version.h"
 
@@ -120,16 +122,17 @@ class ReportPage {
       };
       const std::string scheme = text_in(member_of(last.manifest, "model"), "scheme");
       text += "<dl class=\"facts\">" + fact("dimensions", quantity(last.model("dim"), "")) +
-              fact("scheme", scheme) + fact("stages", stages) +
-              fact("started", last.text("started")) + fact("folder", last.folder.string()) +
+              fact("scheme", scheme) + fact(run.safety ? "runs" : "stages", stages) +
+              fact("started", last.text("started")) +
+              fact("folder", (run.safety ? last.folder.parent_path() : last.folder).string()) +
               "</dl>\n";
     }
     return text;
   }
 
   std::string body() const {
-    return card("Key figures", key_figures(runs_)) + card("Particles", particle_views()) +
-           card("Pictures", pictures()) +
+    return card("Factor of safety", safety_text(runs_)) + card("Key figures", key_figures(runs_)) +
+           card("Particles", particle_views()) + card("Pictures", pictures()) +
            card("Energies and motion", charts(history_charts(runs_))) +
            card("Gauges", charts(gauge_charts(runs_))) + card("Maps", maps()) +
            card("Rigid bodies", charts(body_charts(runs_))) +
@@ -221,8 +224,10 @@ class ReportPage {
     RunPictures pictures;
     const auto figure = [&](const Frame& frame, const RunPart& part, std::size_t field) {
       pictures.figures += "<figure>";
-      if (!part.name.empty())
-        pictures.figures += "<figcaption>" + xml_escaped("Stage " + part.name) + "</figcaption>";
+      if (std::string caption = part.heading(); !part.name.empty()) {
+        caption[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(caption[0])));
+        pictures.figures += "<figcaption>" + xml_escaped(caption) + "</figcaption>";
+      }
       pictures.figures += picture_of(frame, part, field, 560, 360) + "</figure>\n";
     };
     const std::vector<ReportFrame> frames = frames_of(run);

@@ -132,7 +132,7 @@ std::string scenario_title(const RunPart& part) {
 /// What is true of one part of a run, with its name where there are several.
 std::string heading_of(const RunResults& run, const RunPart& part, bool several) {
   std::string name = several ? run.label : "";
-  if (!part.name.empty()) name += (name.empty() ? "" : ", ") + ("stage " + part.name);
+  if (!part.name.empty()) name += (name.empty() ? "" : ", ") + part.heading();
   return name.empty() ? "" : "<h3>" + xml_escaped(name) + "</h3>\n";
 }
 
@@ -168,15 +168,22 @@ std::string program_of(const RunPart& part) {
 
 std::string verdict(const RunResults& run) {
   const RunPart& last = run.last();
-  const std::string status = last.status(), why = last.text("message");
+  const std::string status = run.safety ? name_of(run.safety->record.status) : last.status(),
+                    why = run.safety ? run.safety->record.message : last.text("message");
   std::string word = "still running, or killed", kind = "fair", text = why;
   if (status == "finished") {
     word = "finished", kind = "good";
-    if (why.empty()) text = fmt::format("All {} steps were taken.", count_of(run.steps()));
+    if (run.safety)
+      text = "The search for the factor of safety has come to its end.";
+    else if (why.empty())
+      text = fmt::format("All {} steps were taken.", count_of(run.steps()));
   } else if (status == "stopped") {
     word = "stopped";
   } else if (status == "failed") {
     word = "failed", kind = "poor";
+  } else if (run.safety) {
+    text = fmt::format("The search has not recorded its end. It has made {} trials.",
+                       run.safety->result.trials.size());
   } else {
     text = fmt::format("The run has not recorded its end. The last row of its history is step {}.",
                        count_of(run.steps()));

@@ -154,11 +154,34 @@ double RunResults::particle_steps() const {
   return sum;
 }
 
+namespace {
+
+/// The run with full strength, or its stages, and the mechanism where there is one.
+std::vector<RunPart> parts_of_search(const fs::path& folder, const SafetyRecord& record) {
+  const fs::path rest = folder / "equilibrium", mechanism = folder / "mechanism";
+  std::vector<RunPart> parts;
+  for (FolderOfRun& one : folders_of_run(rest)) {
+    const std::string name = one.folder.lexically_relative(folder).generic_string();
+    parts.push_back(read_part(std::move(one), name));
+  }
+  if (auto manifest = read_manifest(mechanism); manifest && record.mechanism)
+    parts.push_back(read_part({mechanism, std::move(*manifest)}, "mechanism"));
+  for (RunPart& part : parts) part.is_stage = false;
+  return parts;
+}
+
+}  // namespace
+
 RunResults read_run(const fs::path& folder) {
   RunResults run;
-  for (FolderOfRun& one : folders_of_run(folder)) {
-    const std::string stage = one.folder == folder ? "" : one.folder.filename().string();
-    run.parts.push_back(read_part(std::move(one), stage));
+  run.safety = read_safety(folder);
+  if (run.safety) {
+    run.parts = parts_of_search(folder, run.safety->record);
+  } else {
+    for (FolderOfRun& one : folders_of_run(folder)) {
+      const std::string stage = one.folder == folder ? "" : one.folder.filename().string();
+      run.parts.push_back(read_part(std::move(one), stage));
+    }
   }
   for (std::size_t k = 1; k < run.parts.size(); ++k)
     run.parts[k].begin = run.parts[k - 1].begin + run.parts[k - 1].end_time();

@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "io/run/run_folder.h"
+#include "io/run/safety_record.h"
 #include "io/run/table.h"
 #include "runtime/picture/placed_bodies.h"
 
@@ -30,7 +32,8 @@ struct RunMap {
 
 /// One run folder.
 struct RunPart {
-  std::string name;  ///< of the stage of a scenario; "" of a run without stages
+  std::string name;      ///< of the stage of a scenario; "" of a run without stages
+  bool is_stage = true;  ///< else `name` is what the run is of a search for a factor of safety
   std::filesystem::path folder;
   nlohmann::json manifest;
   std::string scenario;  ///< the input as it was
@@ -45,6 +48,8 @@ struct RunPart {
   std::size_t removed = 0;  ///< particles that left the mesh
   double begin = 0;         ///< [s] of all stages before
 
+  /// "stage rest", "mechanism".
+  std::string heading() const { return (is_stage ? "stage " : "") + name; }
   std::string text(const char* key) const;
   double number(const char* key) const;  ///< 0 where it is missing
   double model(const char* key) const;   ///< likewise, of the manifest's "model"
@@ -54,11 +59,12 @@ struct RunPart {
   double timed_from() const;
 };
 
-/// A run: its stages, or itself.
+/// A run: its stages, or itself; or a search for a factor of safety with its runs.
 struct RunResults {
   std::string label;  ///< in charts and above columns
   std::string title;
   std::vector<RunPart> parts;
+  std::optional<SafetyResults> safety = {};
 
   const RunPart& last() const { return parts.back(); }
   double steps() const;

@@ -49,10 +49,46 @@ class RunTest(TestCase):
         self.assertEqual(found.equilibrium.status, "finished")
         self.assertGreater(found.mechanism.frames[-1]["displacement"].max(), 0)
         self.assertEqual(found.trials.attrs["units"]["displacement"], "m")
-        with self.assertRaisesRegex(lahar.InvalidInput, "overwrite"):
+        self.assertEqual((found.status, found.message), ("finished", ""))
+        self.assertIn("'clay'", found.divided)
+        self.assertEqual(found.mechanism.status, "finished")
+        axes = found.plot()
+        self.assertEqual(sum(len(line.get_xdata()) for line in axes.lines), len(found.trials))
+        with self.assertRaisesRegex(lahar.InvalidInput, 'restart="latest".*overwrite'):
             case.safety(self.folder / "python")
-        with self.assertRaisesRegex(lahar.SimulationFailed, "no equilibrium with full strength"):
-            case.changed({"materials.clay.yield_stress": 20000}).safety(self.folder / "weak")
+        weak = self.folder / "weak"
+        with self.assertRaisesRegex(lahar.SimulationFailed, "no equilibrium with full strength.*: step"):
+            case.changed({"materials.clay.yield_stress": 20000}).safety(weak)
+        self.assertEqual(lahar.Safety(weak).status, "failed")
+        self.assertTrue(numpy.isnan(lahar.Safety(weak).factor))
+        self.assertEqual(len(lahar.Safety(weak).trials), 0)
+        with self.assertRaisesRegex(FileNotFoundError, "lahar.Safety reads it"):
+            lahar.Run(weak)
+
+    def test_a_search_that_was_stopped_goes_on_with_its_trials(self):
+        case = lahar.Scenario.read(SOURCE / "tests/verification/safety/vertical-cut.json")
+        case.set("mesh.structured.cell_size", 1)
+        whole = case.safety(self.folder / "whole", tolerance=0.02, progress=False)
+        shares = []
+
+        def until_half(step, time, share):
+            shares.append(share)
+            return not (self.folder / "search" / "safety.csv").is_file() or len(lahar.Safety(
+                self.folder / "search").trials) < 3
+
+        found = case.safety(self.folder / "search", tolerance=0.02, progress=until_half)
+        self.assertEqual(found.status, "stopped")
+        self.assertTrue(0 < max(shares) < 1 and min(shares) >= 0, shares)
+        known = len(found.trials)
+        self.assertTrue(3 <= known < len(whole.trials), found.trials)
+        self.assertTrue(found.trials.equals(whole.trials[:known]))
+        found = case.safety(self.folder / "search", tolerance=0.02, restart="latest", progress=False)
+        self.assertEqual((found.status, found.bracket), ("finished", whole.bracket))
+        self.assertTrue(found.trials.equals(whole.trials))
+        self.assert_equal_frames(found.mechanism.frames[-1], whole.mechanism.frames[-1])
+        with self.assertRaisesRegex(lahar.InvalidInput, "yield_stress"):
+            case.changed({"materials.clay.yield_stress": 40000}).safety(self.folder / "search", restart="latest")
+        self.assertEqual(found.status, "finished")
 
     def test_results_are_tables_by_particle_and_by_time(self):
         run = column().run(self.folder / "run", progress=False)

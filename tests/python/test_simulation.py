@@ -98,15 +98,112 @@ class SimulationTest(TestCase):
                     sim.step(10)
             self.assertEqual((sim.steps, sim.step(0), sim.run()), (last, last, last))
 
-    def test_a_closed_simulation_and_stages_are_refused(self):
+    def test_a_closed_simulation_is_refused(self):
         sim = lahar.Simulation(column())
         sim.close()
         with self.assertRaisesRegex(RuntimeError, "closed"):
             sim.step()
-        case = column()
-        case["stages"] = [{"name": "first"}]
-        with self.assertRaisesRegex(lahar.InvalidInput, "stages"):
+
+
+def staged():
+    """A column that is held by a paddle, which then falls over, and is gone."""
+    case = column(end_time=0.02)
+    case["rigid_bodies"] = [
+        {"name": "paddle", "region": {"box": {"min": [0.1, 0.0], "max": [0.13, 0.14]}}, "velocity": [0, 0]},
+        {"name": "ball", "region": {"sphere": {"centre": [0.3, 0.05], "radius": 0.03}}, "density": 500,
+         "friction": 0.3}]
+    case["post_processing"].update({"gauge_steps": 20, "history_steps": 20, "gauges": [
+        {"name": "front", "type": "front", "direction": [1, 0]},
+        {"name": "paddle", "type": "force", "rigid_body": "paddle"},
+        {"name": "two", "type": "track", "pset": "foot", "fields": ["velocity"]}]})
+    case["sets"]["particles"] = {"foot": {"box": {"min": [0.094, 0], "max": [0.1, 0.011]}}}
+    moved = [{**case["rigid_bodies"][0], "velocity": [0.3, 0]}, case["rigid_bodies"][1]]
+    free = {name: value for name, value in moved[0].items() if name != "velocity"}
+    case["stages"] = [{"name": "rest"}, {"name": "pull", "rigid_bodies": moved},
+                      {"name": "fall", "rigid_bodies": [{**free, "density": 700}, moved[1]],
+                       "analysis": {"end_time": 0.05}}]
+    return case
+
+
+class StagesTest(TestCase):
+    def test_stages_have_the_bits_of_the_command(self):
+        case = staged()
+        run = self.command(case)
+        with lahar.Simulation(case, threads=2) as sim:
+            self.assertEqual((sim.stages, sim.stage, sim.finished), (["rest", "pull", "fall"], "rest", False))
+            for stage in sim.stages:
+                wanted = run.stages[stage]
+                last = sim.run(stage)
+                self.assertEqual((sim.stage, last, sim.stage_finished), (stage, wanted.frames[-1].step, True))
+                self.assert_equal_frames(sim.particles, wanted.frames[-1])
+                self.assertEqual(sim.sums["balance"], wanted.history.balance.iloc[-1])
+                self.assertEqual(list(sim.gauges), list(wanted.gauges))
+                for name, table in sim.gauges.items():
+                    self.assertGreater(len(table), 2)
+                    self.assertEqual(list(table), list(wanted.gauges[name]))
+                    numpy.testing.assert_array_equal(table.to_numpy(), wanted.gauges[name].to_numpy())
+                    self.assertEqual(table.attrs, wanted.gauges[name].attrs)
+                self.assertEqual(list(sim.bodies), ["paddle", "ball"])
+                rows = wanted.rigid_bodies
+                for name, body in sim.bodies.items():
+                    row = rows[rows.body == name].iloc[-1]
+                    for key, values in body._asdict().items():
+                        if key == "name":
+                            self.assertEqual(values, name)
+                            continue
+                        columns = [f"{axis}" if key == "place" else f"{key}_{axis}" for axis in "xyz"]
+                        self.assertEqual(list(values), list(row[columns]), (name, key))
+            self.assertTrue(sim.finished)
+            self.assertIn("stage fall", repr(sim))
+
+    def test_steps_go_from_stage_to_stage(self):
+        case = staged()
+        whole = lahar.Simulation(case)
+        whole.run()
+        sim = lahar.Simulation(case)
+        seen = []
+        while not sim.finished:
+            before = sim.stage, sim.time
+            sim.step(17)
+            if sim.stage != before[0]:
+                self.assertGreater(before[1], sim.time)  # it begins at 0
+                seen.append(sim.stage)
+            if sim.stage_finished:
+                self.assertAlmostEqual(sim.time, {"fall": 0.05}.get(sim.stage, 0.02))
+        self.assertEqual((seen, sim.stage), (["pull", "fall"], "fall"))
+        self.assert_equal_frames(sim.particles, whole.particles)
+        with self.assertRaisesRegex(lahar.InvalidInput, "ended in stage fall at step"):
+            sim.step()
+        with self.assertRaisesRegex(lahar.InvalidInput, "stage rest has ended, fall has begun"):
+            sim.run("rest")
+        with self.assertRaisesRegex(lahar.InvalidInput, "no stage slide; the scenario has: rest, pull, fall"):
+            sim.run("slide")
+
+    def test_a_view_of_the_stage_before_keeps_the_next_from_beginning(self):
+        sim = lahar.Simulation(staged())
+        sim.run("rest")
+        patch = sim.patches()[0]
+        view = patch["velocity"]
+        with self.assertRaisesRegex(BufferError, "copies"):
+            sim.step()
+        self.assertEqual(sim.stage, "rest")
+        del view
+        sim.step()
+        self.assertEqual((sim.stage, sim.steps), ("pull", 1))
+        with self.assertRaisesRegex(RuntimeError, "earlier step"):
+            patch["velocity"]
+
+    def test_mistakes_of_later_stages_are_found_before_the_first(self):
+        case = staged()
+        case["stages"][2]["analysis"]["end_time"] = -1
+        with self.assertRaisesRegex(lahar.InvalidInput, "end_time"):
             lahar.Simulation(case)
+
+    def test_without_stages_bodies_and_gauges_there_are_none(self):
+        sim = lahar.Simulation(column())
+        self.assertEqual((sim.stages, sim.stage, sim.bodies, sim.gauges), ([], "", {}, {}))
+        with self.assertRaisesRegex(lahar.InvalidInput, "no stage rest; the scenario has: none"):
+            sim.run("rest")
 
 
 if __name__ == "__main__":

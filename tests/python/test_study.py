@@ -127,6 +127,36 @@ class StudyTest(TestCase):
         self.assertEqual(states, ["stopped", "stopped", "waiting"])
 
 
+class SafetyStudyTest(TestCase):
+    def test_a_study_of_factors_of_safety_is_a_table_of_them(self):
+        case = lahar.Scenario.read(SOURCE / "tests/verification/safety/vertical-cut.json")
+        case.set("mesh.structured.cell_size", 1)
+        folder, values = self.folder / "study", {"materials.clay.yield_stress": [50000, 60000, 20000]}
+        study = lahar.study(folder, case, values, safety={"tolerance": 0.1}, progress=False)
+        table = study.table(trials=lambda found: len(found.trials))
+        self.assertEqual(list(table.status), ["finished", "finished", "failed"])
+        self.assertIn("no equilibrium with full strength", table.message[2])
+        self.assertAlmostEqual(table.factor[1] / table.factor[0], 1.2, delta=0.1)
+        self.assertTrue((table.stable < table.factor)[:2].all() and (table.factor < table.fails)[:2].all())
+        self.assertTrue(table.factor[2:].isna().all())
+        single = case.changed({"materials.clay.yield_stress": 50000}).safety(
+            self.folder / "single", tolerance=0.1, progress=False)
+        self.assertEqual((table.factor[0], table.trials[0]), (single.factor, len(single.trials)))
+
+        written = (study.runs[0].safety.equilibrium.folder / "manifest.json").stat().st_mtime_ns
+        narrow = lahar.study(folder, case, values, safety={"tolerance": 0.02}, progress=False)
+        self.assertEqual((narrow.runs[0].safety.equilibrium.folder / "manifest.json").stat().st_mtime_ns, written)
+        more = narrow.table(trials=lambda found: len(found.trials))
+        self.assertGreater(more.trials[0], table.trials[0])
+        self.assertLessEqual(more.fails[0] - more.stable[0], 0.02 * more.stable[0])
+        # The same study of plain runs has other folders.
+        plain = lahar.study(folder, case, {"materials.clay.yield_stress": [50000]}, progress=False)
+        self.assertEqual(list(plain.table().status), ["finished"])
+        self.assertNotIn(plain.runs[0].folder, [one.folder for one in narrow.runs])
+        with self.assertRaisesRegex(ValueError, "there is no tolerence; known are: tolerance, most"):
+            lahar.study(folder, case, values, safety={"tolerence": 0.1})
+
+
 class ExampleTest(TestCase):
     def test_twenty_friction_angles_become_a_plot_in_25_lines(self):
         script = SOURCE / "examples" / "study.py"

@@ -15,6 +15,9 @@
 
     study = lahar.study("study", case, {"materials.0.friction": [20, 25, 30]}, workers=2)
     study.table(runout=lambda run: run.frames[-1]["coordinates"][:, 0].max())
+
+    slope = lahar.Scenario.read("slope-safety.json")
+    slope.safety("results/slope").factor     # as `lahar safety`: by strength reduction
 """
 from ._engine import commit as __commit__
 from ._engine import version as __version__
@@ -22,10 +25,11 @@ from .errors import FileError, InvalidInput, LaharError, LaharWarning, Problem, 
 from .frame import Frame
 from .results import Map, Run, Safety
 from .scenario import Check, Scenario, reference, schema
-from .simulation import Simulation
+from .simulation import Body, Simulation
 from .studies import Study, study
 
 __all__ = [
-    "Check", "FileError", "Frame", "InvalidInput", "LaharError", "LaharWarning", "Map", "Problem", "Run", "Safety",
-    "Scenario", "Simulation", "SimulationFailed", "Study", "__commit__", "__version__", "reference", "schema", "study",
+    "Body", "Check", "FileError", "Frame", "InvalidInput", "LaharError", "LaharWarning", "Map", "Problem", "Run",
+    "Safety", "Scenario", "Simulation", "SimulationFailed", "Study", "__commit__", "__version__", "reference", "schema",
+    "study",
 ]

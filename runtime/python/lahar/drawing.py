@@ -9,6 +9,7 @@ import numpy.typing as npt
 from .frame import Frame
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 Numbers = npt.NDArray[np.float64]
@@ -54,4 +55,20 @@ def draw_map(x: Numbers, y: Numbers, values: Numbers, label: str, *, ax: Optiona
     ax.figure.colorbar(shown, ax=ax, label=label)
     ax.set(xlabel="x [m]", ylabel="y [m]")
     ax.set_aspect("equal")
+    return ax
+
+
+def draw_trials(trials: pandas.DataFrame, bracket: tuple[float, float], *, ax: Optional[Axes] = None) -> Axes:
+    """Displacements over the factors by which strength was divided."""
+    import matplotlib.pyplot as plt
+
+    if ax is None:
+        ax = plt.figure().add_subplot()
+    for stable, label, colour in ((True, "equilibrium", "tab:blue"), (False, "fails", "tab:red")):
+        some = trials[trials["stable"] == stable]
+        ax.plot(some["factor"], some["displacement"], "o", color=colour, label=label)
+    if np.isfinite(bracket).all():
+        ax.axvspan(*bracket, color="0.5", alpha=0.4, label=f"factor of safety {sum(bracket) / 2:.4g}")
+    ax.set(xlabel="factor by which strength is divided", ylabel="largest displacement [m]")
+    ax.legend()
     return ax

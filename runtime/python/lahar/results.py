@@ -33,6 +33,9 @@ class Run:
         self._planned: list[str] = []  # stages
         if self._is_run(self.folder):
             return
+        if (self.folder / "safety.json").is_file():
+            raise FileNotFoundError(f"{self.folder} is the folder of a search for a factor of safety: "
+                                    "lahar.Safety reads it")
         begun = _stages_in(self.folder)
         inputs = [path / "scenario.json" for path in begun if (path / "scenario.json").is_file()]
         scenario: dict[str, Any] = {}
@@ -135,7 +138,7 @@ class Run:
         if what and not file.is_file():
             tables = ", ".join(sorted(path.name for path in self.folder.glob("*.csv"))) or "none"
             raise FileError(f"{self.folder} has no {what}; its tables are: {tables}")
-        return pandas.read_csv(file)
+        return pandas.read_csv(file, float_precision="round_trip")
 
     def __repr__(self) -> str:
         stages = f", stages {', '.join(self.stages)}" if self.stages else ""
@@ -143,37 +146,68 @@ class Run:
 
 
 class Safety:
-    """The folder of a search for the factor of safety: `Scenario.safety()`, `lahar safety`."""
+    """The folder of a search for the factor of safety: `Scenario.safety()`, `lahar safety`.
+
+    It may be read while the search goes on.
+    """
 
     def __init__(self, folder: Union[str, os.PathLike[str]]) -> None:
         self.folder = Path(folder)
-        if not (self.folder / "safety.csv").is_file():
-            raise FileNotFoundError(f"{self.folder} has no safety.csv: it is not the folder of a search")
+        if not (self.folder / "safety.json").is_file():
+            raise FileNotFoundError(f"{self.folder} has no safety.json: it is not the folder of a search")
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """safety.json as it is now."""
+        parsed: dict[str, Any] = json.loads((self.folder / "safety.json").read_text(encoding="utf-8"))
+        return parsed
+
+    @property
+    def status(self) -> str:
+        """"running" (also of a search that was killed), "finished", "stopped" or "failed"."""
+        return str(self.record["status"])
+
+    @property
+    def message(self) -> str:
+        """Why it failed or stopped."""
+        return str(self.record["message"])
 
     @property
     def trials(self) -> pandas.DataFrame:
-        """The trials in their order: the factor by which strength was divided, whether the body was
-        `stable` with it, steps, the largest displacement, and how the trial ended."""
+        """The trials so far, in their order: the factor by which strength was divided, whether the
+        body was `stable` with it, steps, the largest displacement, and how the trial ended."""
         import pandas
 
-        table = pandas.read_csv(self.folder / "safety.csv")
+        file = self.folder / "safety.csv"
+        if not file.is_file():
+            names = ["factor", "stable", "steps", "displacement", "end"]
+            table = pandas.DataFrame({name: [] for name in names})
+        else:
+            table = pandas.read_csv(file, float_precision="round_trip")
+            table = table.rename(columns={"displacement [m]": "displacement"})
         table["stable"] = table["stable"] == 1
         table.attrs["units"] = {"displacement": "m"}
-        return table.rename(columns={"displacement [m]": "displacement"})
+        return table
 
     @property
     def bracket(self) -> tuple[float, float]:
-        """The largest factor with an equilibrium, and the least without one (infinite: none failed)."""
-        trials = self.trials
-        stable = trials.factor[trials.stable].max()
-        fails = trials.factor[~trials.stable].min()
-        return (1.0 if np.isnan(stable) else float(stable), np.inf if np.isnan(fails) else float(fails))
+        """The largest factor with an equilibrium, and the least without one (infinite: none failed).
+        NaN where the run with full strength has not come to an equilibrium."""
+        record = self.record
+        if record["stable"] is None:
+            return np.nan, np.nan
+        return float(record["stable"]), np.inf if record["fails"] is None else float(record["fails"])
 
     @property
     def factor(self) -> float:
         """The factor of safety: the middle of the bracket, or its lower end where no trial failed."""
         stable, fails = self.bracket
         return stable if np.isinf(fails) else 0.5 * (stable + fails)
+
+    @property
+    def divided(self) -> str:
+        """What has the strength that trials divide, in words."""
+        return str(self.record["divided"])
 
     @property
     def equilibrium(self) -> Run:
@@ -184,10 +218,16 @@ class Safety:
     def mechanism(self) -> Optional[Run]:
         """The trial that failed with the least factor; None where none failed."""
         folder = self.folder / "mechanism"
-        return Run(folder) if folder.is_dir() else None
+        return Run(folder) if self.record["mechanism"] is not None and folder.is_dir() else None
+
+    def plot(self, ax: Optional[Axes] = None) -> Axes:
+        """Draw how far the body moved in each trial, and the bracket."""
+        from .drawing import draw_trials
+
+        return draw_trials(self.trials, self.bracket, ax=ax)
 
     def __repr__(self) -> str:
-        return f"<lahar.Safety {self.folder}: {self.factor:.4g}>"
+        return f"<lahar.Safety {self.folder}: {self.status}, {self.factor:.4g}>"
 
 
 def _stages_in(folder: Path) -> list[Path]:
@@ -317,7 +357,7 @@ def _read_gauge(file: Path) -> pandas.DataFrame:
     """Columns are called `name [unit]` in the file."""
     import pandas
 
-    table = pandas.read_csv(file)
+    table = pandas.read_csv(file, float_precision="round_trip")
     units = {}
     names = []
     for column in table.columns:

@@ -149,26 +149,33 @@ class Scenario(dict[str, Any]):
         return run
 
     def safety(self, folder: PathLike, *, tolerance: float = 0.01, most: float = 16.0,
-               threads: Optional[int] = None, overwrite: bool = False) -> Safety:
+               threads: Optional[int] = None, overwrite: bool = False, restart: str = "",
+               progress: Progress = True) -> Safety:
         """The factor of safety by strength reduction, as `lahar safety` finds it, into a folder.
 
         The bracket of the factor is at last as narrow as `tolerance`, a share of it; factors above
-        `most` are not looked for. Ctrl-C stops the search. Raises SimulationFailed where there is no
+        `most` are not looked for. `restart="latest"` goes on with the search in the folder and keeps
+        its trials, also with another tolerance; `overwrite` replaces what is there. `progress` is
+        that of run(): steps and times are those of a trial, and the share is an estimate. Ctrl-C and
+        functions that return False stop the search. Raises SimulationFailed where there is no
         equilibrium with full strength, InvalidInput and FileError.
         """
+        on_step, end = shown(progress)
         said: list[str] = []
         options = {"output": os.fspath(folder), "threads": threads or 0, "overwrite": overwrite,
-                   "restart": "", "wall_time": 0.0, "tolerance": tolerance, "most": most,
+                   "restart": restart, "wall_time": 0.0, "tolerance": tolerance, "most": most,
                    "command": ["python", *sys.argv]}
         code = 0
         try:
-            code = _engine.safety(self._text(), options, said)
+            code = _engine.safety(self._text(), options, on_step, said)
         finally:
+            end()
             if code != _EXIT_SIMULATION:
                 warn(said, stacklevel=2)
+        found = Safety(folder)
         if code == _EXIT_SIMULATION:
-            raise SimulationFailed("\n".join(text.strip().removeprefix("lahar: error: ") for text in said))
-        return Safety(folder)
+            raise SimulationFailed(found.message)
+        return found
 
     def _text(self) -> _engine.ScenarioText:
         try:

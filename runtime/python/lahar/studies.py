@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Optional, Union
 
 from .progress import Line, is_watched
-from .results import Run
+from .results import Run, Safety
 from .scenario import PathLike, Scenario
 
 if TYPE_CHECKING:
@@ -39,6 +39,18 @@ class StudyRun(NamedTuple):
         """What it wrote; raises FileNotFoundError where nothing was run."""
         return Run(self.folder)
 
+    @property
+    def safety(self) -> Safety:
+        """The same, of a study of factors of safety."""
+        return Safety(self.folder)
+
+
+_safety_measures: dict[str, Callable[..., Any]] = {
+    "factor": lambda found: found.factor,
+    "stable": lambda found: found.bracket[0],
+    "fails": lambda found: found.bracket[1],
+}
+
 
 class Study:
     """The runs of a study in their folder, whatever state they are in."""
@@ -48,7 +60,9 @@ class Study:
         index = self.folder / "study.json"
         if not index.is_file():
             raise FileNotFoundError(f"{self.folder} is not the folder of a study: it has no study.json")
-        self._entries = json.loads(index.read_text(encoding="utf-8"))["runs"]
+        study = json.loads(index.read_text(encoding="utf-8"))
+        self._entries = study["runs"]
+        self.is_of_safety: bool = "safety" in study  #: its runs are searches for factors of safety
 
     @property
     def runs(self) -> list[StudyRun]:
@@ -59,24 +73,28 @@ class Study:
         folder, log = self.folder / key, self.folder / f"{key}.log"
         said = log.read_text(encoding="utf-8", errors="replace").strip() if log.is_file() else ""
         try:
-            run = Run(folder)
+            run: Union[Run, Safety] = Safety(folder) if self.is_of_safety else Run(folder)
         except FileNotFoundError:
             return StudyRun(parameters, folder, "invalid" if said else "waiting", said)
         return StudyRun(parameters, folder, run.status, run.message or said)
 
-    def table(self, **measures: Callable[[Run], Any]) -> pandas.DataFrame:
+    def table(self, **measures: Callable[..., Any]) -> pandas.DataFrame:
         """A row for each run: parameters, status, message, and what `measures` give for runs that
-        have finished, such as `runout=lambda run: run.frames[-1]["coordinates"][:, 0].max()`."""
+        have finished, such as `runout=lambda run: run.frames[-1]["coordinates"][:, 0].max()`.
+
+        A study of factors of safety has the columns factor, stable and fails (the bracket), and
+        measures get a Safety."""
         import pandas
 
+        all_measures = {**(_safety_measures if self.is_of_safety else {}), **measures}
         rows = []
         for one in self.runs:
             row = {**one.parameters, "status": one.status, "message": one.message}
-            for name, measure in measures.items():
-                row[name] = measure(one.run) if one.status == "finished" else None
+            for name, measure in all_measures.items():
+                row[name] = measure(one.safety if self.is_of_safety else one.run) if one.status == "finished" else None
             rows.append(row)
         table = pandas.DataFrame(rows)
-        return table.astype({name: float for name in measures if table[name].isna().all()})
+        return table.astype({name: float for name in all_measures if table[name].isna().all()})
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -91,7 +109,8 @@ class Study:
 
 
 def study(folder: PathLike, scenario: Scenario, parameters: Parameters, *, workers: Optional[int] = None,
-          threads: int = 1, again: bool = False, progress: Union[bool, Callable[[str], Any]] = True) -> Study:
+          threads: int = 1, again: bool = False, progress: Union[bool, Callable[[str], Any]] = True,
+          safety: Union[bool, Mapping[str, float]] = False) -> Study:
     """Run a scenario with other values, `workers` at a time, each in a process of its own.
 
     `parameters` is {"materials.0.friction": [20, 25, 30], ...}, of which all combinations are run,
@@ -102,17 +121,23 @@ def study(folder: PathLike, scenario: Scenario, parameters: Parameters, *, worke
 
     On a terminal and in a notebook a line shows how far the runs are, unless `progress` is False. A
     function, such as `print`, gets a line of text at the start and whenever a run has ended.
+
+    With `safety` each run is a search for the factor of safety, `Scenario.safety()`: True, or
+    {"tolerance": 0.005, "most": 4}. Called again with other bounds, searches go on with their trials.
     """
+    bounds = _bounds(safety)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     made = {file.stem[-16:]: file.stem for file in folder.glob("*.json")}
-    entries = [_entry(folder, scenario, values, made) for values in combinations(parameters)]
-    index = {"lahar_study": 1, "runs": entries}
+    entries = [_entry(folder, scenario, values, made, bounds) for values in combinations(parameters)]
+    index: dict[str, Any] = {"lahar_study": 1, "runs": entries}
+    if bounds is not None:
+        index["safety"] = bounds
     partial = folder / f"study.json.{os.getpid()}"
     partial.write_text(json.dumps(index, indent=1), encoding="utf-8")
     partial.replace(folder / "study.json")
     found = Study(folder)
-    waiting = [entry["key"] for entry, state in zip(entries, found.runs) if _is_due(folder, entry["key"], state, again)]
+    waiting = [entry["key"] for entry, state in zip(entries, found.runs) if _is_due(state, again, bounds)]
     _Workers(folder, workers or max(1, (os.cpu_count() or 1) // threads), threads).run(
         list(dict.fromkeys(waiting)), len({entry["key"] for entry in entries}), progress)
     return found
@@ -125,15 +150,31 @@ def combinations(parameters: Parameters) -> list[dict[str, Any]]:
     return [dict(zip(parameters, values)) for values in itertools.product(*parameters.values())]
 
 
-def _entry(folder: Path, scenario: Scenario, values: dict[str, Any], made: Mapping[str, str]) -> dict[str, Any]:
+def _bounds(safety: Union[bool, Mapping[str, float]]) -> Optional[dict[str, float]]:
+    """Those of searches for factors of safety; None: runs are no searches."""
+    if safety is False:
+        return None
+    default = {"tolerance": 0.01, "most": 16.0}
+    given = {} if safety is True else {name: float(value) for name, value in safety.items()}
+    if unknown := ", ".join(sorted(set(given) - set(default))):
+        raise ValueError(f"safety: there is no {unknown}; known are: {', '.join(default)}")
+    return {**default, **given}
+
+
+def _entry(folder: Path, scenario: Scenario, values: dict[str, Any], made: Mapping[str, str],
+           bounds: Optional[dict[str, float]]) -> dict[str, Any]:
     """Writes the scenario of a run, under a name that follows from all its values."""
     changed = scenario.changed(values)
     case = {"scenario": json.loads(changed.to_json()), "folder": str(changed.folder.resolve()),
             "name": changed.name, "as_cbgeo": changed.as_cbgeo}
+    if bounds is not None:
+        case["safety"] = {}  # searches with other bounds are the same one
     number = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:16]
     plain = json.loads(Scenario({"values": values}).to_json())["values"]
     # A run that was made for other parameters keeps its name.
     key = made.get(number, f"{_words(plain)}{number}")
+    if bounds is not None:
+        case["safety"] = bounds
     (folder / f"{key}.json").write_text(json.dumps(case, indent=1), encoding="utf-8")
     return {"key": key, "parameters": plain}
 
@@ -151,10 +192,15 @@ def _words(values: Mapping[str, Any]) -> str:
     return words
 
 
-def _is_due(folder: Path, key: str, state: StudyRun, again: bool) -> bool:
+def _is_due(state: StudyRun, again: bool, bounds: Optional[dict[str, float]]) -> bool:
     if state.status in ("failed", "invalid"):
         return again
-    return state.status != "finished" or inputs_changed(Run(folder / key))
+    if state.status != "finished":
+        return True
+    if bounds is None:
+        return inputs_changed(state.run)
+    record = state.safety.record
+    return any(record[name] != value for name, value in bounds.items()) or inputs_changed(state.safety.equilibrium)
 
 
 def inputs_changed(run: Run) -> bool:

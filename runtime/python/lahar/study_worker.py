@@ -13,7 +13,7 @@ import warnings
 from pathlib import Path
 
 from .errors import LaharError, SimulationFailed
-from .results import Run
+from .results import Run, Safety
 from .scenario import Scenario
 from .studies import inputs_changed
 
@@ -22,13 +22,29 @@ def has_checkpoint(folder: Path) -> bool:
     return any(folder.glob("checkpoints/*.h5")) or any(folder.glob("*/checkpoints/*.h5"))
 
 
-def begins(folder: Path) -> dict[str, object]:
-    """How the run begins: anew, or from its last checkpoint."""
+def begins(folder: Path, is_search: bool) -> dict[str, object]:
+    """How the run begins: anew, or from its last checkpoint. A search for a factor of safety goes on
+    with its trials."""
+    if is_search:
+        return search_begins(folder)
     try:
         run = Run(folder)
     except FileNotFoundError:
         return {}
     goes_on = run.status in ("running", "stopped") and has_checkpoint(folder) and not inputs_changed(run)
+    return {"restart": "latest"} if goes_on else {"overwrite": True}
+
+
+def search_begins(folder: Path) -> dict[str, object]:
+    try:
+        search = Safety(folder)
+    except FileNotFoundError:
+        return {}
+    try:
+        rest = search.equilibrium
+    except FileNotFoundError:
+        return {"overwrite": True}
+    goes_on = search.status != "failed" and has_checkpoint(rest.folder) and not inputs_changed(rest)
     return {"restart": "latest"} if goes_on else {"overwrite": True}
 
 
@@ -45,9 +61,14 @@ def main(folder: Path, threads: int, pipe: int) -> int:
         return os.getppid() == parent  # a study that was killed: stop with a checkpoint
 
     try:
-        scenario.run(folder, threads=threads, progress=is_wanted, **begins(folder))  # type: ignore[arg-type]
+        bounds = case.get("safety")
+        start = begins(folder, bounds is not None)
+        if bounds is not None:
+            scenario.safety(folder, threads=threads, progress=is_wanted, **{**bounds, **start})
+        else:
+            scenario.run(folder, threads=threads, progress=is_wanted, **start)  # type: ignore[arg-type]
     except SimulationFailed:
-        return 1  # the manifest says why
+        return 1  # the manifest, or safety.json, says why
     except LaharError as error:
         print(error, file=sys.stderr)
         return 2

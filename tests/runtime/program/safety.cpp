@@ -81,6 +81,28 @@ TEST_CASE("a body that never fails has a factor above the bound") {
   CHECK(result.trials.back().factor == 5);
 }
 
+TEST_CASE(
+    "a search that goes on makes the trials that it would have made, also with another bracket") {
+  const auto made = [](double factor) { return trial_of(factor, factor <= 3.3); };
+  const SafetyResult whole = find_factor({.most = 16, .tolerance = 0.001}, made);
+  for (std::size_t count = 0; count <= whole.trials.size(); ++count) {
+    SafetyResult known;
+    for (std::size_t k = 0; k < count; ++k) known.add(whole.trials[k]);
+    std::size_t more = 0;
+    const auto counted = [&](double factor) { return ++more, made(factor); };
+    const SafetyResult rest = find_factor({.most = 16, .tolerance = 0.001}, counted, known);
+    CHECK(count + more == whole.trials.size());
+    CHECK(rest.stable == whole.stable);
+    CHECK(*rest.fails == *whole.fails);
+    for (std::size_t k = 0; k < whole.trials.size(); ++k)
+      CHECK(rest.trials[k].factor == whole.trials[k].factor);
+    if (known.fails) CHECK(trials_left({.most = 16, .tolerance = 0.001}, known) >= double(more));
+  }
+  CHECK(find_factor({.most = 16, .tolerance = 0.1}, made, whole).trials.size() ==
+        whole.trials.size());
+  CHECK(trials_left({.most = 16, .tolerance = 0.001}, whole) == 0);
+}
+
 TEST_CASE("a body has failed when it has moved by its settlement, or moves for long") {
   const Communicator alone;
   const double G = 1e7, thickness = 119 * 0.25 / 8;  // of the soft material; volume over width

@@ -22,7 +22,7 @@ fail() {
 safety() {
   local name="$1"
   shift
-  "${launch[@]}" timeout -k 5 240 "$lahar" safety "$cut" --tolerance 0.02 -o "$work/$name" \
+  "${launch[@]}" timeout -k 5 240 "$lahar" safety "$cut" --tolerance "${tolerance:-0.02}" -o "$work/$name" \
     --set mesh.structured.cell_size=1 --set analysis.patch_particles=60 "$@" >"$work/out" 2>&1
 }
 # same NAME: its trials are those of `one`, to the last bit.
@@ -40,16 +40,64 @@ awk -F, 'NR > 1 { if ($2) { if ($1 > lo) lo = $1 } else { if (!hi || $1 < hi) hi
 grep -q "factor of safety 1\.[5-8]" "$work/out" || fail "the factor is not said"
 [ -f "$work/one/mechanism/manifest.json" ] || fail "there is no mechanism"
 safety one -t 1 && fail "earlier results are replaced without being asked"
-grep -q "holds the results of an earlier run" "$work/out" && grep -q "add --overwrite" "$work/out" ||
+grep -q "holds the results of an earlier search" "$work/out" &&
+  grep -q -- "add --restart latest to continue it, --overwrite to replace them" "$work/out" ||
   fail "it does not say what to do with earlier results"
-grep -q -- "--restart" "$work/out" && fail "it names an option that it does not have"
+safety none -t 1 --restart latest && fail "a search goes on that never began"
+grep -q "holds no search that could be continued" "$work/out" || fail "it does not say what is missing"
 safety broken -t 1 --set materials.0.yield_stress=20000 && fail "a run that failed is used"
-grep -q "To begin again.*--overwrite" "$work/out" || fail "it does not say how to begin again"
-grep -q -- "--restart" "$work/out" && fail "a failure names an option that it does not have"
+grep -q "no equilibrium with full strength" "$work/out" || fail "it does not say why there is no factor"
+grep -q '"status": "failed"' "$work/broken/safety.json" || fail "the record does not say that it failed"
 safety two -t 2 || fail "two threads"
 same two
+# A search that is stopped or killed keeps its trials, and goes on with them: to the same files.
+for signal in TERM KILL; do
+  rm -rf "$work/stopped"
+  (exec "$lahar" safety "$cut" --tolerance 0.02 -t 1 --set mesh.structured.cell_size=1 \
+    --set analysis.patch_particles=60 -o "$work/stopped" >"$work/out" 2>&1) &
+  search=$!
+  for _ in $(seq 2000); do
+    [ -f "$work/stopped/safety.csv" ] && [ "$(wc -l <"$work/stopped/safety.csv")" -ge 3 ] && break
+    sleep 0.01
+  done
+  kill -s "$signal" "$search"
+  wait "$search" 2>/dev/null
+  status=$?
+  [ "$signal" = KILL ] || [ "$status" = 75 ] || fail "a search that is stopped ends with $status"
+  rows="$(wc -l <"$work/stopped/safety.csv")"
+  [ "$rows" -ge 3 ] && [ "$rows" -lt "$(wc -l <"$work/one/safety.csv")" ] ||
+    fail "$signal leaves $rows rows"
+  if [ "$signal" = TERM ]; then
+    grep -q "To continue: the same command with --restart latest" "$work/out" ||
+      fail "it does not say how to go on"
+    safety stopped -t 1 --restart latest --set materials.0.yield_stress=40000 &&
+      fail "a search goes on with another strength"
+    grep -q "/materials/0/yield_stress is 40000" "$work/out" || fail "it does not say what differs"
+  fi
+  equilibrium="$(stat -c %Y.%i "$work"/stopped/equilibrium/manifest.json)"
+  safety stopped -t 2 --restart latest || fail "a search does not go on after $signal"
+  [ "$(stat -c %Y.%i "$work"/stopped/equilibrium/manifest.json)" = "$equilibrium" ] ||
+    fail "the equilibrium is made again"
+  same stopped
+done
+# One that has finished goes on to a narrower bracket.
+tolerance=0.01 safety stopped -t 1 --restart latest || fail "a narrower bracket"
+rows="$(wc -l <"$work/one/safety.csv")"
+cmp -s "$work/one/safety.csv" <(head -n "$rows" "$work/stopped/safety.csv") ||
+  fail "a narrower bracket has other trials"
+[ "$(wc -l <"$work/stopped/safety.csv")" -gt "$rows" ] || fail "the bracket is no narrower"
+# Trials of another equilibrium are not taken.
+safety stopped -t 1 --restart latest --set analysis.nsteps=12 || fail "a longer run to equilibrium"
+grep -q "Earlier trials began with another state" "$work/out" || fail "trials of another state are kept"
+
+"$lahar" report "$work/stopped" >"$work/out" 2>&1 || fail "there is no report"
+grep -q "How far the body moved in each trial" "$work/stopped/report.html" || fail "a report without trials"
+
 launch=("$mpiexec" --oversubscribe --bind-to none -n 2)
 safety ranks -t 1 || fail "two ranks"
+same ranks
+head -n 4 "$work/one/safety.csv" >"$work/ranks/safety.csv"
+safety ranks -t 1 --restart latest || fail "two ranks that go on"
 same ranks
 
 # Water that moves in the pores of level ground is no failure.

@@ -15,6 +15,7 @@
 #include "runtime/report/report_text.h"
 #include "runtime/report/run_progress.h"
 #include "runtime/report/run_results.h"
+#include "runtime/report/safety_text.h"
 #include "runtime/report/samples.h"
 #include "tests/io/frames/frame_samples.h"
 
@@ -179,4 +180,37 @@ TEST_CASE("Frames of a report are spread over a run, with the first and the last
     CHECK(some.back().file.step == 99);
   }
   CHECK(spread(frames, 1).front().file.step == 99);
+}
+
+TEST_CASE("A report of a search shows the factor of safety, its bracket and the trials") {
+  const Folder folder;
+  CHECK(safety_text({RunResults{.label = "", .title = "", .parts = {}}}).empty());
+  const std::string manifest = "{\"lahar_run\": 1, \"status\": \"finished\", \"title\": \"slope\"}";
+  folder.file("equilibrium/manifest.json", manifest);
+  folder.file("mechanism/manifest.json", manifest);
+  SafetyRecord record;
+  record.divided = "material 'clay & silt'";
+  record.equilibrium.file = "equilibrium/checkpoints/checkpoint_0000000010.h5";
+  record.mechanism = 1.5;
+  record.status = RunStatus::finished;
+  SafetyResult result;
+  result.add({.factor = 2, .end = SafetyTrial::End::moved, .steps = 1200, .displacement = 0.25});
+  result.add({.factor = 1.5, .end = SafetyTrial::End::restless, .steps = 70, .displacement = 0.1});
+  result.add({.factor = 1.25, .end = SafetyTrial::End::rest, .steps = 7, .displacement = 0.01});
+  folder.file("safety.csv", safety_table_text(result));
+  write_safety_record(folder.path, record, result);
+
+  const RunResults run = read_run(folder.path);
+  REQUIRE(run.parts.size() == 2);
+  CHECK(run.parts[0].heading() == "equilibrium");
+  CHECK(run.parts[1].heading() == "mechanism");
+  CHECK(verdict(run).find("finished") != std::string::npos);
+  const std::string text = safety_text({run});
+  for (const char* piece :
+       {">1.375<", ">1.25<", ">1.5<", "18 % wide", "clay &amp; silt", "fails: it moves too far",
+        "fails: it does not come to rest", ">1,200<", ">0.25<", "<svg", "factor of safety"})
+    CHECK_MESSAGE(text.find(piece) != std::string::npos, piece);
+  const std::string two = safety_text({run, run});
+  CHECK(two.find("<th class=\"words\">search</th>") != std::string::npos);
+  CHECK(two.find("<details>") != std::string::npos);
 }
