@@ -123,9 +123,18 @@ double loaded_area(const Particles<Dim>& particles, Local p, const ParticleTract
   return area_across<Dim>(one.axis, depth_at(analysis, particles.row(Column::x)[p]), edges);
 }
 
+/// Edge [m] of particle p across the area of a traction. Of one of which a stage has left a share
+/// it is that at the beginning, as its volume does not say how large it is.
+template <int Dim>
+double edge_across(const Particles<Dim>& particles, Local p, const ParticleTraction& one,
+                   double area, double share) {
+  return share < 1 ? particles.row(Column::size, std::max(one.axis, 0))[p]
+                   : particles.row(Column::volume)[p] / area;
+}
+
 /// All tractions on particle p. Of several for a direction the last wins. They act at the side of
 /// the particle: forces at centres would be an error of stress in the rows beside a surface. Of a
-/// particle that a stage lets go they fall with its mass; its volume is then not its extent.
+/// particle that a stage lets go they fall with its mass.
 template <int Dim>
 SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
                               const StepContext<Dim>& step, bool on_liquid = false) {
@@ -133,22 +142,18 @@ SurfaceForce<Dim> traction_on(const Particles<Dim>& particles, Local p,
   const std::uint64_t bits =
       particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)];
   if (bits == 0) return all;
+  const double share = share_left(*step.model, particles, p, step.time);
+  if (share == 0) return all;
   const auto& tractions = step.model->tractions;
   for (std::size_t k = 0; k < tractions.size(); ++k) {
     const ParticleTraction& one = tractions[k];
     if (!(bits >> k & 1) || one.on_liquid != on_liquid) continue;
     const Analysis& analysis = step.model->analysis;
-    const double begun = is_implicit(analysis) ? step.time - step.dt : step.time,
-                 has = share_left(*step.model, particles, p, begun);  // the columns have it
-    const double left = share_left(*step.model, particles, p, step.time);
-    if (left <= 0 || !(has > 0)) continue;
-    const double share = one.axis < 0 ? left / has : left,
-                 area = loaded_area(particles, p, one, analysis);
-    const double offset =
-        0.5 * one.side * particles.row(Column::volume)[p] / (one.axis < 0 ? area : has * area);
-    all.force[one.dir] = share * one.traction * load_factor(*step.model, one.function, step.time) *
-                         area *
+    const double area = loaded_area(particles, p, one, analysis);
+    const double offset = 0.5 * one.side * edge_across(particles, p, one, area, share);
+    all.force[one.dir] = one.traction * load_factor(*step.model, one.function, step.time) * area *
                          share_at_side(analysis, one.axis, particles.row(Column::x)[p], offset);
+    if (one.axis >= 0) all.force[one.dir] *= share;  // else the area has it
     all.offset[one.dir] = offset;
   }
   return all;
