@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <mutex>
 
 #include "io/base/atomic_file.h"
@@ -477,6 +478,13 @@ std::vector<FrameFile> frames_of_run(const fs::path& folder) {
 
 std::vector<FrameFile> node_frames_of_run(const fs::path& folder) {
   return files_of_run(folder, node_prefix);
+}
+
+std::size_t nearest_in(const std::vector<double>& times, double time) {
+  const auto nearest = std::min_element(times.begin(), times.end(), [time](double a, double b) {
+    return std::abs(a - time) < std::abs(b - time);
+  });
+  return static_cast<std::size_t>(nearest - times.begin());
 }
 
 FrameFile find_frame(const fs::path& source, std::optional<Index> step) {

@@ -107,6 +107,9 @@ struct FrameFile {
 /// Complete frames of a run, ascending steps. Throws IoError.
 std::vector<FrameFile> frames_of_run(const std::filesystem::path& folder);
 
+/// Position of the time that is nearest to `time`; of equally near ones the first. There is one.
+std::size_t nearest_in(const std::vector<double>& times, double time);
+
 /// The frame of `source` at `step` (the last one if none is given); a frame file stands for itself.
 /// Throws InputError with the steps there are.
 FrameFile find_frame(const std::filesystem::path& source, std::optional<Index> step = {});

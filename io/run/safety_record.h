@@ -19,7 +19,7 @@ namespace lahar {
 
 /// What bounds the search.
 struct SafetyBounds {
-  double most = 16;         ///< a factor beyond which nobody asks
+  double most = 16;         ///< larger factors are not looked for
   double tolerance = 0.01;  ///< of the bracket, as a share of the factor
 };
 

@@ -9,6 +9,7 @@
 #include "physics/kernels/implicit.h"
 #include "physics/kernels/kernels.h"
 #include "physics/kernels/mean_gradients.h"
+#include "physics/kernels/mean_volume.h"
 #include "physics/kernels/particle_forces.h"
 #include "physics/kernels/particle_sums.h"
 #include "physics/kernels/particle_update.h"
@@ -33,30 +34,6 @@ void map_inertia(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins b
   particle.v = std::as_const(patch.particles).template rows<Dim>(Column::acceleration);
   map_momentum_of<Dim, Pack>(patch, bins, particle, patch.own_sums(NodeSum::inertia, step.step));
 }
-
-namespace {
-
-/// B-bar around an axis: the trace is the mean of the cell, and all three strains share what is
-/// missing.
-void share_mean_trace(const double* V, ParticleBins bins, VelocityGradients<2>& gradients) {
-  for (const ParticleBin& bin : bins) {
-    const std::size_t first = gradients.begin(bin, bins);
-    double sum = 0, volume = 0;
-    for (Local p = bin.begin; p < bin.end; ++p) {
-      sum += V[p] * gradients.trace[first + static_cast<std::size_t>(p - bin.begin)];
-      volume += V[p];
-    }
-    for (Local p = bin.begin; p < bin.end; ++p) {
-      const std::size_t at = first + static_cast<std::size_t>(p - bin.begin);
-      const double more = (sum / volume - gradients.trace[at]) / 3;
-      for (double* rate : {&gradients.L[0][at], &gradients.L[3][at], &gradients.hoop[at]})
-        *rate += more;
-      gradients.trace[at] = sum / volume;
-    }
-  }
-}
-
-}  // namespace
 
 template <int Dim>
 void find_displacement_gradients(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins,
@@ -94,7 +71,7 @@ void find_displacement_gradients(Patch<Dim>& patch, const StepContext<Dim>& step
   if constexpr (Dim == 2) {
     if (!ring) return;
     add_hoop_rates(patch, bins, patch.implicit.increment.data(), gradients, 1.0 / step.dt);
-    if (step.model->analysis.mean_volume) share_mean_trace(V, bins, gradients);
+    if (step.model->analysis.mean_volume) take_mean_volume(patch, step, bins, gradients);
   }
 }
 

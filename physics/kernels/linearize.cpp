@@ -64,29 +64,9 @@ struct CellSystem {
     if (mean) add_mean_stress(of, V, g, mean, T);
   }
 
-  /// The same of the fifth component, H_across = sum_i u_i0 h_i (with h_i = N_i / r).
-  void add_across(const StressAcross& of, double V, const double (&g)[Dim][Nodes],
-                  const double (&h)[Nodes]) {
-    double row[size];  // derivatives of V P_across
-    for (int j = 0; j < Nodes; ++j)
-      for (int c = 0; c < Dim; ++c) {
-        double sum = c == 0 ? of.own * h[j] : 0.0;
-        for (int d = 0; d < Dim; ++d) sum += of.across[Dim * c + d] * g[d][j];
-        row[Dim * j + c] = V * sum;
-      }
-    for (int i = 0; i < Nodes; ++i) {
-      if (h[i] == 0.0) continue;
-      force[Dim * i] += V * of.P_across * h[i];
-      add_row(h[i], row, matrix[Dim * i]);
-      for (int a = 0; a < Dim; ++a)  // derivatives of V P by H_across
-        for (int b = 0; b < Dim; ++b)
-          for (int j = 0; j < Nodes; ++j)
-            matrix[Dim * j + a][Dim * i] += V * of.by_across[Dim * a + b] * g[b][j] * h[i];
-    }
-  }
-
-  /// The same of all five components of a ring, with B-bar: `more` are those gradients of the mean
-  /// trace that are not the particle's own, a third of which each normal component gets.
+  /// The same of a ring, whose fifth component is H_across = sum_i u_i0 h_i (with h_i = N_i / r).
+  /// `more`: what the gradients of the mean trace have beside the particle's own, zero without
+  /// B-bar. Each normal component gets a third of it.
   void add_ring(const StressAcross& of, double V, const double (&g)[Dim][Nodes],
                 const double (&h)[Nodes], const double (&more)[Dim][Nodes]) {
     constexpr int all = n + 1, normal[3] = {0, Dim + 1, n};
@@ -274,24 +254,6 @@ void trace_gradients(const Basis& basis, const Patch<2>& patch, Local p, const L
   for (int i = 0; i < Basis::nodes; ++i) t[0][i] += h[i];
 }
 
-/// Their mean over the particles of a bin, weighted by volumes.
-template <class Basis>
-void mean_trace_gradients(const Basis& basis, const Patch<2>& patch, const ParticleBin& bin,
-                          const Local* nodes, double (&mean)[2][Basis::nodes]) {
-  const double* V = patch.particles.row(Column::volume);
-  for (auto& row : mean) std::fill_n(row, Basis::nodes, 0.0);
-  double volume = 0;
-  for (Local p = bin.begin; p < bin.end; ++p) {
-    double t[2][Basis::nodes];
-    trace_gradients(basis, patch, p, nodes, t);
-    for (int d = 0; d < 2; ++d)
-      for (int i = 0; i < Basis::nodes; ++i) mean[d][i] += V[p] * t[d][i];
-    volume += V[p];
-  }
-  for (auto& row : mean)
-    for (double& value : row) value /= volume;
-}
-
 /// The larger of the stiffnesses in simple and in pure shear [Pa]: one of them stays where a law
 /// flows. It is that of bending, which a bulk modulus would hide.
 template <int Dim>
@@ -330,7 +292,7 @@ void hold_torn(Cell& cell, const Basis& basis, const Patch<Dim>& patch, const Pa
 }
 
 /// Add what particle p of a bin gives after the increment H, with the gradients g of functions.
-/// `mean` (optional): those of mean_trace_gradients(). Returns its stiffness, or nothing where its
+/// `mean` (optional): the mean of trace_gradients(). Returns its stiffness, or nothing where its
 /// law has no stress.
 template <class Basis, class Cell>
 std::optional<ParticleStiffness> add_particle_across(Cell& cell, const Basis& basis,
@@ -367,12 +329,10 @@ std::optional<ParticleStiffness> add_particle_across(Cell& cell, const Basis& ba
   if (!ring) of_step.condense(wave_modulus(law));
   const double V = patch.particles.row(Column::volume)[p];
   patch.system.symmetric = patch.system.symmetric && of_step.is_symmetric();
-  if (ring && mean) {
+  if (ring)
     cell.add_ring(of_step, V, g, h, more);
-  } else {
+  else
     cell.add(of_step, V, g, nullptr);
-    if (ring) cell.add_across(of_step, V, g, h);
-  }
   return stiffness_of(of_step, wave_modulus(law));
 }
 
@@ -479,7 +439,10 @@ void linearize(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bin
         const bool ring = Dim == 2 && step.model->analysis.plane == Plane::axisymmetric;
         if (takes_mean && !ring) mean_gradients<Dim>(basis, bin, V, mean);
         if constexpr (Dim == 2)
-          if (takes_mean && ring) mean_trace_gradients(basis, patch, bin, nodes, mean);
+          if (takes_mean && ring)
+            mean_gradients(bin, V, mean, [&](Local p, double(&t)[Dim][n]) {
+              trace_gradients(basis, patch, p, nodes, t);
+            });
         for (Local p = bin.begin; p < bin.end; ++p) {
           double g[Dim][n], H[Dim][Dim];
           gradients_at<Dim>(basis, p, g);

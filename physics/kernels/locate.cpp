@@ -3,7 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -291,18 +291,14 @@ void let_go(Patch<Dim>& patch, const StepContext<Dim>& step, const ParticleBin& 
   }
 }
 
-/// Add particles to those of a bin that leave it, packs of lanes with a bit for each.
-void add_leaving(std::vector<std::pair<Local, unsigned>>& packs, const std::vector<Local>& gone,
-                 Local begin) {
-  std::map<Local, unsigned> all;
+/// Add particles to those that leave a bin, which may be the same: each once, ascending.
+void add_leaving(std::vector<std::pair<Local, unsigned>>& packs, const std::vector<Local>& gone) {
+  std::set<Local> all(gone.begin(), gone.end());
   for (const auto& [first, bits] : packs)
-    for (unsigned rest = bits; rest != 0; rest &= rest - 1) {
-      const Local p = first + std::countr_zero(rest);
-      all[p - (p - begin) % lanes<Pack>] |= 1u << ((p - begin) % lanes<Pack>);
-    }
-  for (const Local p : gone)
-    all[p - (p - begin) % lanes<Pack>] |= 1u << ((p - begin) % lanes<Pack>);
-  packs.assign(all.begin(), all.end());
+    for (unsigned rest = bits; rest != 0; rest &= rest - 1)
+      all.insert(first + std::countr_zero(rest));
+  packs.clear();
+  for (const Local p : all) packs.emplace_back(p, 1u);
 }
 
 /// A stage lets a particle go (removal_in_time.h), and it is gone at the end of the step. In a step
@@ -455,7 +451,7 @@ void locate(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) 
       locate_bin(bin);
       if (some_go && bin.loaded) {
         let_go(patch, step, bin, gone);
-        if (!gone.empty()) add_leaving(left, std::exchange(gone, {}), bin.begin);
+        if (!gone.empty()) add_leaving(left, std::exchange(gone, {}));
       }
       // From the last to the first, so that the particle that takes a place is never one that left.
       for (; !left.empty(); left.pop_back())

@@ -14,21 +14,30 @@ void gradients_at(const Basis& basis, Local p, double (&g)[Dim][Basis::nodes]) {
     for (int i = 0; i < Basis::nodes; ++i) g[d][i] = dN[d][i][0];
 }
 
-/// The mean of g over the particles of a bin, weighted by their volumes V.
-template <int Dim, class Basis>
-void mean_gradients(const Basis& basis, const ParticleBin& bin, const double* V,
-                    double (&mean)[Dim][Basis::nodes]) {
-  for (auto& row : mean) std::fill_n(row, Basis::nodes, 0.0);
+/// The mean over the particles of a bin of gradients at them, weighted by their volumes V.
+/// `gradients(p, g)` finds those of particle p.
+template <int Dim, int Nodes, class Gradients>
+void mean_gradients(const ParticleBin& bin, const double* V, double (&mean)[Dim][Nodes],
+                    Gradients gradients) {
+  for (auto& row : mean) std::fill_n(row, Nodes, 0.0);
   double volume = 0;
   for (Local p = bin.begin; p < bin.end; ++p) {
-    double g[Dim][Basis::nodes];
-    gradients_at<Dim>(basis, p, g);
+    double g[Dim][Nodes];
+    gradients(p, g);
     for (int d = 0; d < Dim; ++d)
-      for (int i = 0; i < Basis::nodes; ++i) mean[d][i] += V[p] * g[d][i];
+      for (int i = 0; i < Nodes; ++i) mean[d][i] += V[p] * g[d][i];
     volume += V[p];
   }
   for (auto& row : mean)
     for (double& value : row) value /= volume;
+}
+
+/// That of gradients_at().
+template <int Dim, class Basis>
+void mean_gradients(const Basis& basis, const ParticleBin& bin, const double* V,
+                    double (&mean)[Dim][Basis::nodes]) {
+  mean_gradients(bin, V, mean,
+                 [&](Local p, double(&g)[Dim][Basis::nodes]) { gradients_at<Dim>(basis, p, g); });
 }
 
 /// H[a][b] = sum_i d_ia g_b,i of a nodal field d. With `mean` (optional) its trace is that of the

@@ -25,6 +25,11 @@ class Bodies {
       : bodies_(model.rigid_bodies), at_(at), analysis_(model.analysis) {}
   std::size_t size() const { return bodies_.size(); }
   const RigidBody<Dim>& operator[](std::size_t k) const { return bodies_[k]; }
+  bool any_moves() const {
+    return std::any_of(bodies_.begin(), bodies_.end(), [](const RigidBody<Dim>& body) {
+      return body.motion != RigidBody<Dim>::Motion::fixed;
+    });
+  }
   const Placement<Dim>& at(std::size_t k) const { return at_[k]; }
   typename Solid<Dim>::Nearest nearest(std::size_t k, const Vec<Dim>& x) const {
     const RigidBody<Dim>& body = bodies_[k];

@@ -224,18 +224,16 @@ void press_at_start(Patch<Dim>& patch, const Bodies<Dim>& bodies, Local p, Touch
   if (has_liquid) set<Dim>(patch.particles.template rows<Dim>(Column::contact_liquid), p, all);
 }
 
-/// Of the body that is nearest to a place, there [m/s].
+/// The velocity [m/s] at a place of the body that is nearest to it.
 template <int Dim>
 Vec<Dim> velocity_of_nearest(const Bodies<Dim>& bodies, const Vec<Dim>& x) {
   std::size_t nearest = 0;
-  if (bodies.size() > 1) {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < bodies.size(); ++k)
-      if (const double distance = bodies.nearest(k, x).distance; distance < least) {
-        least = distance;
-        nearest = k;
-      }
-  }
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < bodies.size(); ++k)
+    if (const double distance = bodies.nearest(k, x).distance; distance < least) {
+      least = distance;
+      nearest = k;
+    }
   return bodies.at(nearest).velocity_at(x);
 }
 
@@ -263,9 +261,7 @@ void begin_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
   patch.reactions.assign(bodies.size(), {});
   patch.placements.resize(bodies.size());
   for (std::size_t k = 0; k < bodies.size(); ++k) patch.placements[k] = placement_after(step, k);
-  const bool moving = std::any_of(bodies.begin(), bodies.end(), [](const RigidBody<Dim>& body) {
-    return body.motion != RigidBody<Dim>::Motion::fixed;
-  });
+  const bool moving = Bodies<Dim>(patch, step).any_moves();
   const std::size_t cells = patch.topology.cells.size();
   if (moving || patch.near_bodies.size() != cells) patch.near_bodies.assign(cells, Near::unknown);
 }
@@ -273,7 +269,7 @@ void begin_contact(Patch<Dim>& patch, const StepContext<Dim>& step) {
 template <int Dim>
 void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins bins) {
   const Bodies<Dim> bodies(patch, step);
-  const bool implicit = is_implicit(step.model->analysis);
+  const bool implicit = is_implicit(step.model->analysis), moving = bodies.any_moves();
   const double* const fields[2] = {patch.velocity.data(), patch.acceleration.data()};
   const ContactRows<Dim> rows(patch.particles);
   for_each_bin_with_basis(
@@ -323,12 +319,12 @@ void touch_bodies(Patch<Dim>& patch, const StepContext<Dim>& step, ParticleBins 
               couple = mean_couple<Dim>(couple_before, now[lane].couple, T, step.dt);
             set_contact_couple<Dim>(rows.couple, p, couple);
             if (!implicit) return;  // count_couples() does
-            // end_contact() takes the force after the step, and not the mean of both.
-            const double more =
-                0.5 * step.dt *
-                (old - now[lane].force).dot(velocity_of_nearest(bodies, at[lane].x));
-            patch.work.external += more;
-            patch.work.internal += more;
+            if (moving) {  // end_contact() takes the force after the step, and not the mean of both
+              const Vec<Dim> v = velocity_of_nearest(bodies, at[lane].x);
+              const double more = 0.5 * step.dt * (old - now[lane].force).dot(v);
+              patch.work.external += more;
+              patch.work.internal += more;
+            }
             const auto add_half = [&](const Vec<Dim>& force, const ContactCouple<Dim>& c) {
               give_couple<Dim>(basis, p, force, c, rows.extent[p], [&](int i, const Vec<Dim>& f) {
                 const double* v = fields[0] + static_cast<std::ptrdiff_t>(nodes[i]) * node_width;

@@ -37,8 +37,8 @@ double gone_at(const Model<Dim>& model, const Particles<Dim>& particles, Local p
   return gone_at(model, particles.loads.empty() ? 0 : particles.loads[static_cast<std::size_t>(p)]);
 }
 
-/// Of the mass and volume of particle p, what it still has at time t [s]: 1 of one that stays, and
-/// NaN at a time that is NaN.
+/// The share of its mass and volume that particle p still has at time t [s]. It is 1 if the
+/// particle stays, and NaN if t is.
 template <int Dim>
 double share_left(const Model<Dim>& model, const Particles<Dim>& particles, Local p, double t) {
   if (!model.changes.takes_time()) return 1.0;

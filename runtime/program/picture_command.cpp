@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <vector>
@@ -42,17 +41,9 @@ FrameChoice choice_of(const PictureArguments& arguments) {
 std::vector<FrameFile> frames_for(const PictureArguments& arguments) {
   if (!arguments.time) return chosen_frames(arguments.run, choice_of(arguments));
   const std::vector<FrameFile> all = chosen_frames(arguments.run, frame_choice("all"));
-  const auto distance = [&](const FrameFile& frame) {
-    return std::abs(read_frame_header(frame.file).time - *arguments.time);
-  };
-  std::size_t nearest = 0;
-  double least = distance(all.front());
-  for (std::size_t k = 1; k < all.size(); ++k)
-    if (const double own = distance(all[k]); own < least) {
-      least = own;
-      nearest = k;
-    }
-  return {all[nearest]};
+  std::vector<double> times;
+  for (const FrameFile& frame : all) times.push_back(read_frame_header(frame.file).time);
+  return {all[nearest_in(times, *arguments.time)]};
 }
 
 std::optional<ColourScale> scale_in(const PictureArguments& arguments) {

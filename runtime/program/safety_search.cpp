@@ -41,8 +41,8 @@ std::string told_by_manifest(const fs::path& run, const char* key) {
 }
 
 constexpr const char* no_equilibrium =
-    "there is no equilibrium with full strength to begin with: the factor of safety is below 1, or "
-    "the run has another cause to fail";
+    "there is no equilibrium with full strength: the factor of safety is below 1, or the run has "
+    "another cause to fail";
 
 class SafetySearch {
  public:
@@ -68,7 +68,7 @@ class SafetySearch {
   /// The run with full strength, unless it is there. Returns the exit status.
   int come_to_rest(Scenario scenario);
   bool has_equilibrium() const;
-  /// The state from which trials begin; null, with a message, where there is no equilibrium.
+  /// The state from which trials begin; null if the run has not come to rest.
   std::unique_ptr<CheckpointReader> equilibrium();
   /// Trials that an earlier search made from the same state. Collective.
   void take_known_trials(const CheckpointReader& equilibrium);

@@ -9,7 +9,7 @@
 
 namespace lahar {
 
-/// Of the runs that are searches; "" where there is none.
+/// The part of the page about those runs that are searches; "" if none is.
 std::string safety_text(const std::vector<RunResults>& runs);
 
 }  // namespace lahar

@@ -79,12 +79,8 @@ std::vector<ReportFrame> nearest(const std::vector<ReportFrame>& frames,
   for (const ReportFrame& frame : frames)
     of_frames.push_back(frame.part->begin + read_frame_header(frame.file.file).time);
   std::set<std::size_t> chosen;
-  for (const double time : times) {
-    std::size_t best = 0;
-    for (std::size_t k = 1; k < of_frames.size(); ++k)
-      if (std::abs(of_frames[k] - time) < std::abs(of_frames[best] - time)) best = k;
-    if (!of_frames.empty()) chosen.insert(best);
-  }
+  for (const double time : times)
+    if (!frames.empty()) chosen.insert(nearest_in(of_frames, time));
   std::vector<ReportFrame> some;
   for (const std::size_t k : chosen) some.push_back(frames[k]);
   return some;

@@ -179,9 +179,9 @@ void SimulationDriver<Dim>::prepare_copies() {
   budget_.begin(log_.next_id());
   if (observer_.large_frame && schedule_.plans_frames() && !frames_are_large())
     budget_.add(frames_.bytes());
-  // Tasks copy states where there is memory for that, and nobody is removed, which only a drained
-  // graph tells the observer.
-  // States say whether the run has come to rest, which is tested after the graph has drained.
+  // Tasks copy states if there is memory for that. Not where particles are removed: only a drained
+  // graph tells the observer of them. Nor where rest is tested: states say whether the run has come
+  // to rest, and the test follows when the graph has drained.
   bool copies_states = observer_.checkpoint && !removes_particles() && !rest_.on();
   if (copies_states) {
     const Index own = static_cast<Index>(stager_.bytes());

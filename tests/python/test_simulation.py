@@ -176,7 +176,7 @@ class StagesTest(TestCase):
             sim.step()
         with self.assertRaisesRegex(lahar.InvalidInput, "stage rest has ended, fall has begun"):
             sim.run("rest")
-        with self.assertRaisesRegex(lahar.InvalidInput, "no stage slide; the scenario has: rest, pull, fall"):
+        with self.assertRaisesRegex(lahar.InvalidInput, "no stage slide; it has: rest, pull, fall"):
             sim.run("slide")
 
     def test_a_view_of_the_stage_before_keeps_the_next_from_beginning(self):
@@ -202,7 +202,7 @@ class StagesTest(TestCase):
     def test_without_stages_bodies_and_gauges_there_are_none(self):
         sim = lahar.Simulation(column())
         self.assertEqual((sim.stages, sim.stage, sim.bodies, sim.gauges), ([], "", {}, {}))
-        with self.assertRaisesRegex(lahar.InvalidInput, "no stage rest; the scenario has: none"):
+        with self.assertRaisesRegex(lahar.InvalidInput, "no stage rest; it has: none"):
             sim.run("rest")
 
 

@@ -153,7 +153,7 @@ class SafetyStudyTest(TestCase):
         plain = lahar.study(folder, case, {"materials.clay.yield_stress": [50000]}, progress=False)
         self.assertEqual(list(plain.table().status), ["finished"])
         self.assertNotIn(plain.runs[0].folder, [one.folder for one in narrow.runs])
-        with self.assertRaisesRegex(ValueError, "there is no tolerence; known are: tolerance, most"):
+        with self.assertRaisesRegex(ValueError, "safety does not know tolerence; it knows: tolerance, most"):
             lahar.study(folder, case, values, safety={"tolerence": 0.1})
 
 

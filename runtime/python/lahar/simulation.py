@@ -86,12 +86,12 @@ class Simulation:
     def run(self, stage: str = "") -> int:
         """Take all steps of the scenario that are left, if any; with the name of a stage those up to
         its end. Returns the number of steps done since the start of the scenario, or of the stage.
-        Raises InvalidInput where there is no such stage, or another one has begun since."""
+        Raises InvalidInput if the scenario has no such stage, or if a later one has begun."""
         last = len(self.stages) - 1
         if stage:
             if stage not in self.stages:
                 known = ", ".join(self.stages) or "none"
-                raise InvalidInput(f"there is no stage {stage}; the scenario has: {known}")
+                raise InvalidInput(f"the scenario has no stage {stage}; it has: {known}")
             last = self.stages.index(stage)
             if last < self._live.stage:
                 raise InvalidInput(f"stage {stage} has ended, {self.stage} has begun: make a new Simulation to have it "

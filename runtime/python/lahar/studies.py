@@ -157,7 +157,7 @@ def _bounds(safety: Union[bool, Mapping[str, float]]) -> Optional[dict[str, floa
     default = {"tolerance": 0.01, "most": 16.0}
     given = {} if safety is True else {name: float(value) for name, value in safety.items()}
     if unknown := ", ".join(sorted(set(given) - set(default))):
-        raise ValueError(f"safety: there is no {unknown}; known are: {', '.join(default)}")
+        raise ValueError(f"safety does not know {unknown}; it knows: {', '.join(default)}")
     return {**default, **given}
 
 

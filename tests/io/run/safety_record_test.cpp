@@ -79,7 +79,7 @@ TEST_CASE("the record of a search says how it stands") {
   CHECK_FALSE(read_safety(folder.path));
 }
 
-TEST_CASE("a file that is no record of a search is none") {
+TEST_CASE("a file that is no record of a search is not read as one") {
   const test::TemporaryFolder folder;
   for (const char* text : {"", "{", "[1]", "{\"status\": 1}"}) {
     write_text_file(folder.path / "safety.json", text);
